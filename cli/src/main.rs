@@ -78,10 +78,10 @@ fn run(program: &Program, caller: &Caller) -> anyhow::Result<Printed> {
         Verb::Adapt(options) => Printed::untyped(&workflow::adapt::run(options, caller)?),
         Verb::Generate(options) => Printed::new(&workflow::generate::run(options, caller)?),
         Verb::Target(options) => Printed::new(&workflow::target::run(options, caller)?),
-        Verb::Evaluate(options) => Printed::untyped(&workflow::evaluate::run(options, caller)?),
+        Verb::Evaluate(options) => Printed::new(&workflow::evaluate::run(options, caller)?),
         Verb::Train(options) => Printed::untyped(&workflow::train::run(options, caller)?),
         Verb::Command(options) => Printed::new(&workflow::command::run(options, caller)?),
-        Verb::Track(options) => Printed::untyped(&workflow::track::run(options, caller)?),
+        Verb::Track(options) => Printed::new(&workflow::track::run(options, caller)?),
         Verb::FitSensor(options) => Printed::untyped(&workflow::sense::fit::run(options, caller)?),
         Verb::Sense(options) => Printed::untyped(&workflow::sense::run(options, caller)?),
         Verb::IdentifyServo(options) => Printed::untyped(&workflow::identify_servo::run(options, caller)?),
@@ -90,7 +90,7 @@ fn run(program: &Program, caller: &Caller) -> anyhow::Result<Printed> {
         Verb::Demo(arguments) => {
             Printed::untyped(&study::demo::run(arguments, &program.passed_on(), caller)?)
         }
-        Verb::Rig(arguments) => Printed::untyped(&rig::run(arguments, caller)?),
+        Verb::Rig(arguments) => rig::run(arguments, caller),
         Verb::Arm(arguments) => Printed::untyped(&arm::run(arguments, caller)?),
         Verb::Completions(arguments) => {
             manual::completions(arguments, Program::command());

@@ -5,18 +5,17 @@ mod recordings;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use hysteron_base::{BadInput, Drive, Scene, json};
+use hysteron_base::{BadInput, Drive, Scene};
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
 use hysteron_twin::Twin;
 
 use schemars::JsonSchema;
-use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::Caller;
 use crate::locking::{Estimator, LockingEstimate};
 use crate::mesh::{MeshSummary, print_quality};
-use crate::outcome::Printed;
+use crate::outcome::{self, Printed};
 use crate::recording_checks::body_length;
 pub use recordings::{Described, RecordingFindings};
 
@@ -139,15 +138,9 @@ pub enum Outcome {
 
 impl crate::outcome::Outcome for Outcome {}
 
-/// By hand: what serde holds back to choose a variant has lost the numbers that are not finite.
 impl<'de> Deserialize<'de> for Outcome {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let object = json::Value::deserialize(deserializer)?;
-        match object.get("findings") {
-            Some(_) => json::from_value(&object).map(Self::Recordings),
-            None => json::from_value(&object).map(Self::Scene),
-        }
-        .map_err(D::Error::custom)
+        outcome::by_key(deserializer, "findings", Self::Recordings, Self::Scene)
     }
 }
 

@@ -87,6 +87,11 @@ fn line(first: &Warning, others: usize) -> String {
 }
 
 impl Findings {
+    /// The findings.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.0
+    }
+
     /// None, of recordings without a doubt.
     #[cfg(test)]
     pub fn none() -> Self {

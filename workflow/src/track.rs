@@ -2,14 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::{BadInput, Recording, json};
+use hysteron_base::{BadInput, Recording};
 use hysteron_control::path::is_recording;
-use serde_json::Value;
+use hysteron_report::verdict::Verdict;
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::Caller;
 use crate::command::{Given, Way};
 use crate::evaluate::{self, Commanded};
 use crate::health::{self, Baseline, Health};
+use crate::outcome;
 use crate::record::{self, source::Source};
 
 /// More than anybody measures in a day.
@@ -47,8 +50,44 @@ pub struct Options {
     pub png: bool,
 }
 
+/// The outcome of `track`: of a path, how closely the tip followed it; of recorded strokes, the recordings.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Outcome {
+    /// The score of the repeats.
+    Evaluated(Box<evaluate::Outcome>),
+    /// The repeats alone.
+    Recorded(Recorded),
+}
+
+/// Repeats of recorded strokes.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Recorded {
+    /// Folder of the recordings.
+    pub out: PathBuf,
+    /// The recordings.
+    pub repeats: Vec<PathBuf>,
+    /// Condition of the servos, of a rig that has some.
+    pub health: Option<Health>,
+}
+
+impl crate::outcome::Outcome for Outcome {
+    fn verdict(&self) -> Option<&Verdict> {
+        match self {
+            Self::Evaluated(outcome) => Some(&outcome.verdict),
+            Self::Recorded(_) => None,
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Outcome {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        outcome::by_key(deserializer, "repeats", Self::Recorded, |outcome| Self::Evaluated(Box::new(outcome)))
+    }
+}
+
 /// Carries out the verb.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     let rig = Source::read(&options.rig)?;
     let n_tendons = rig.rig().tendons.len();
     let baseline = options.baseline.as_deref().map(|path| Baseline::read(path, n_tendons)).transpose()?;
@@ -78,13 +117,13 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let target = &options.way.target;
     if is_recording(target.as_ref())? {
         caller.wrote(&options.out);
-        return Ok(json!({ "out": options.out, "repeats": tips, "health": health }));
+        return Ok(Outcome::Recorded(Recorded { out: options.out.clone(), repeats: tips, health }));
     }
     let tracked = evaluate::Options::of(target, tips, &options.out, options.png);
-    let value =
+    let outcome =
         evaluate::run_commanded(&tracked, Some(&Commanded { health, ..Commanded::of(&commanded) }), caller)?;
     caller.reported(&options.out);
-    Ok(value)
+    Ok(Outcome::Evaluated(Box::new(outcome)))
 }
 
 /// Writes the strokes; not over others that were carried out.

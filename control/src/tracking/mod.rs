@@ -15,7 +15,8 @@ mod tests;
 use crate::TargetPath;
 use crate::path::PathSpan;
 use hysteron_base::{BadInput, Recording};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 
 pub use closed::frechet_closed;
@@ -147,7 +148,7 @@ fn evenly(n_laps: usize, n: usize) -> Vec<RangeInclusive<usize>> {
 }
 
 /// How closely a path followed its target. Lengths in the plane (x, y).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrackingScore {
     /// Mean of the RMSE along x and along y from the points of the target to the nearest of the path (eqs. 21, 22) [m].
     pub rmse_m: f64,

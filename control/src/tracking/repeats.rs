@@ -1,10 +1,11 @@
 //! How much repeats differ.
 
 use super::TrackingScore;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Mean and spread of one metric over repeats, in the metric's unit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Repeatability {
     /// Mean.
     pub mean: f64,

@@ -9,7 +9,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::faults::{Fault, FaultKind};
 use crate::Result;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Name of the log of faults, in the folder of logs.
 pub const FAULTS_LOG: &str = "faults.jsonl";
@@ -17,7 +18,7 @@ pub const FAULTS_LOG: &str = "faults.jsonl";
 pub const TORQUE_LOG: &str = "torque.jsonl";
 
 /// What has passed over the bus so far.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Counts {
     /// Instructions with a right checksum.
     pub instructions: u64,

@@ -2,7 +2,8 @@
 
 use crate::config::TrackerConfig;
 use crate::{Pose, Quality};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Nearest to a tracker's origin that a sensor can be [m]: the transmitter itself is larger. What a tracker sends in
 /// metres reads as less.
@@ -19,7 +20,7 @@ const JITTER_MAX: f64 = 0.5;
 const POSES_MIN: usize = 5;
 
 /// What a tracker shows of a tip at rest.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrackerSurvey {
     /// Poses, and how many of them are not to be trusted.
     pub n_poses: usize,

@@ -1,5 +1,6 @@
 //! `hysteron evaluate`: how closely recorded tips followed a target.
 
+mod outcome;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -10,13 +11,13 @@ use hysteron_base::schema::text as base_text;
 use hysteron_control::TargetPath;
 use hysteron_control::path::is_untimed;
 use hysteron_control::tracking::{Origin, Part, Tracked, score};
-use serde_json::Value;
 
 use crate::Caller;
 use crate::figures::{self, tracking::Shown};
 use crate::inputs::{self, Input};
 use crate::outputs::Outputs;
 use crate::recording_checks;
+pub use outcome::{ComparedResult, Outcome, RecordingScore, TargetSummary};
 pub use table::{Commanded, METRICS, Metric, Row, cells, headings, results};
 
 /// Measure how closely recorded tips followed a target path
@@ -54,10 +55,10 @@ impl Options {
 }
 
 /// Carries out the verb.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
-    let value = run_commanded(options, None, caller)?;
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
+    let outcome = run_commanded(options, None, caller)?;
     options.out.iter().for_each(|folder| caller.reported(folder));
-    Ok(value)
+    Ok(outcome)
 }
 
 /// Carries out the verb for recordings of strokes that say something of themselves.
@@ -65,7 +66,7 @@ pub fn run_commanded(
     options: &Options,
     commanded: Option<&Commanded>,
     caller: &Caller,
-) -> anyhow::Result<Value> {
+) -> anyhow::Result<Outcome> {
     let target = TargetPath::open(&options.target)?;
     let part = if options.whole { Part::Whole } else { Part::AtTheSameTimes };
     let origin = if options.relative_to_rest { Origin::Rest } else { Origin::Frame };
@@ -84,12 +85,12 @@ pub fn run_commanded(
         rows.extend(result(name, self::rows(&target, inputs, part, origin)?));
     }
     let shown = Shown { target: &target, rows: &rows, commanded, findings: &findings };
-    let value = match &options.out {
-        Some(folder) => figures::tracking::write(folder, &shown, options.png, caller)?,
-        None => figures::tracking::summarise(&shown, caller)?,
-    };
+    let outcome = Outcome::new(&shown, caller);
+    if let Some(folder) = &options.out {
+        figures::tracking::write(folder, &shown, &outcome, options.png)?;
+    }
     print(&rows, caller);
-    Ok(value)
+    Ok(outcome)
 }
 
 /// The name of a result, and the recordings that are its repeats.

@@ -2,27 +2,25 @@
 
 use hysteron_base::Recording;
 use hysteron_control::tracking::{Repeatability, Tracked, TrackingScore, repeatability};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::health::Health;
 
-/// One recording and what it came to.
-#[derive(Debug, Clone, Serialize)]
+/// One recording and its score.
+#[derive(Debug, Clone)]
 pub struct Row {
     /// Its name.
     pub name: String,
-    /// What it is a repeat of, where results are compared.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// The result that it is a repeat of, where results are compared.
     pub result: Option<String>,
     /// SHA-256 of its file.
     pub sha256: String,
-    /// What it says of itself.
+    /// Its provenance.
     pub source: String,
-    /// Its numbers.
-    #[serde(flatten)]
+    /// Its score.
     pub score: TrackingScore,
     /// Its path, in the target's frame.
-    #[serde(skip)]
     pub tracked: Tracked,
 }
 
@@ -108,7 +106,7 @@ pub fn headings() -> Vec<&'static str> {
 }
 
 /// What the strokes of a tracked path say of themselves.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Commanded {
     /// Part of the samples in which a network was outside what it had seen in training [-].
     pub extrapolating: f64,

@@ -1,26 +1,19 @@
 //! The report of an evaluation: targets dashed, what became of them coloured by error (CoReAct paper, Figs. 4 to 6).
 
-use hysteron_base::json;
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use hysteron_control::TargetPath;
-use hysteron_control::tracking::{Repeatability, Timed, errors};
+use hysteron_control::tracking::{Timed, errors};
 use plotters::prelude::*;
-use serde::Serialize;
-use serde_json::Value;
 
-use crate::evaluate::{Commanded, METRICS, Row, cells, headings, results};
-use crate::health::Health;
+use crate::evaluate::{Commanded, Outcome, Row, cells, headings};
 use crate::recording_checks::Findings;
-use crate::{COMMIT, Caller};
 use hysteron_report::figure::{Drawn, Figure, register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::series::millimetres;
 use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
 use hysteron_report::simplify::{between_sharp_turns, simplified};
-use hysteron_report::verdict::{Criterion, Verdict};
 
 pub const TARGET: RGBColor = COLORS[0];
 /// Side of the square inside a pair of axes, height of the line above it, room between columns [px].
@@ -36,32 +29,6 @@ const MOST_CURVES: usize = 5;
 /// Colours that can be distinguished along a path.
 const SHADES: f64 = 24.0;
 
-#[derive(Serialize)]
-struct Metrics<'a> {
-    format: &'static str,
-    version: u32,
-    /// Whether the tip follows the target.
-    verdict: Verdict,
-    target: Target<'a>,
-    recordings: &'a [Row],
-    /// Warnings about the recordings.
-    recording_warnings: &'a Findings,
-    /// Metadata of the strokes, where these are known.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    commanded: Option<&'a Commanded>,
-    /// Of the rig's servos, where the recordings were made here.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    health: Option<&'a Health>,
-    /// By metric, over the recordings, where they are repeats of one result.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    repeatability: BTreeMap<&'static str, Repeatability>,
-    /// Results that are compared, where they have names.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    results: Vec<Compared<'a>>,
-    command: &'a str,
-    commit: &'a str,
-}
-
 /// Content of the report.
 #[derive(Clone, Copy)]
 pub(crate) struct Shown<'a> {
@@ -75,106 +42,16 @@ pub(crate) struct Shown<'a> {
     pub findings: &'a Findings,
 }
 
-/// One of several results.
-#[derive(Serialize)]
-struct Compared<'a> {
-    name: &'a str,
-    repeats: usize,
-    /// By metric, over its repeats.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    repeatability: BTreeMap<&'static str, Repeatability>,
-}
-
-#[derive(Serialize)]
-struct Target<'a> {
-    name: &'a str,
-    family: &'a str,
-    sha256: &'a str,
-    length_m: f64,
-    laps: usize,
-}
-
-/// The summary, where no report is asked for.
-pub(crate) fn summarise(shown: &Shown, caller: &Caller) -> anyhow::Result<Value> {
-    Ok(json::to_value(metrics(shown, &caller.command))?)
-}
-
-fn metrics<'a>(shown: &Shown<'a>, command: &'a str) -> Metrics<'a> {
-    let Shown { target, rows, commanded, findings } = *shown;
-    let of = |rows: &[Row]| -> BTreeMap<&'static str, Repeatability> {
-        METRICS.iter().filter_map(|metric| Some((metric.key, metric.repeatability(rows)?))).collect()
-    };
-    let compared = results(rows).filter_map(|rows| {
-        let name = rows[0].result.as_deref()?;
-        Some(Compared { name, repeats: rows.len(), repeatability: of(rows) })
-    });
-    let results: Vec<Compared> = compared.collect();
-    Metrics {
-        format: "hysteron-metrics",
-        version: 1,
-        verdict: judged(rows, commanded),
-        target: Target {
-            name: &target.name,
-            family: &target.family,
-            sha256: &target.hash,
-            length_m: target.outline.length(),
-            laps: target.laps().count(),
-        },
-        recordings: rows,
-        recording_warnings: findings,
-        commanded,
-        health: commanded.and_then(|commanded| commanded.health.as_ref()),
-        repeatability: if results.is_empty() { of(rows) } else { BTreeMap::new() },
-        results,
-        command,
-        commit: COMMIT,
-    }
-}
-
-/// Whether the tip follows the target: of several results the best, over its repeats.
-fn judged(rows: &[Row], commanded: Option<&Commanded>) -> Verdict {
-    let mean = |rows: &[Row], of: fn(&Row) -> f64| rows.iter().map(of).sum::<f64>() / rows.len() as f64;
-    let nrmse = |rows: &[Row]| mean(rows, |row| row.score.nrmse.unwrap_or(f64::NAN));
-    let best = results(rows).min_by(|a, b| nrmse(a).total_cmp(&nrmse(b))).unwrap_or(rows);
-    let name = best.first().and_then(|row| row.result.as_deref());
-    let name = name.map_or(String::new(), |name| format!(" by {name}, the best of these results,"));
-    let (error, share) = (1e3 * mean(best, |row| row.score.rmse_m), nrmse(best));
-    let mut judged = Verdict::on(format!("the tip follows the target{name} within {error:.2} mm (RMSE)"))
-        .because(
-            Criterion::ErrorOverTarget,
-            share,
-            format!("the tip is off by {error:.2} mm, {:.1} % of the target's size (NRMSE)", 100.0 * share),
-        );
-    if let Some(Commanded { extrapolating, limited, .. }) = commanded {
-        judged = judged
-            .because(
-                Criterion::OutsideTraining,
-                *extrapolating,
-                format!(
-                    "the network is outside its training in {:.0} % of the samples",
-                    100.0 * extrapolating
-                ),
-            )
-            .because(
-                Criterion::AtLimit,
-                *limited,
-                format!("strokes are limited in {:.0} % of the samples", 100.0 * limited),
-            );
-    }
-    judged.verdict()
-}
-
 /// Writes the figure, `report.html` and `metrics.json` to `folder`.
-pub(crate) fn write(folder: &Path, shown: &Shown, with_png: bool, caller: &Caller) -> anyhow::Result<Value> {
+pub(crate) fn write(folder: &Path, shown: &Shown, outcome: &Outcome, with_png: bool) -> anyhow::Result<()> {
     register_embedded_font()?;
     let Shown { target, rows, commanded, findings } = *shown;
-    let command = caller.command.clone();
-    let metrics = metrics(shown, &command);
-    let value = write_metrics(folder, &metrics)?;
+    write_metrics(folder, outcome)?;
     let figure = save(folder, &Overlay::new(target, rows), with_png)?;
     let about = "How closely the tip followed the target, in the plane (x, y). RMSE and NRMSE by nearest points, averaged \
                  over x and y, and polygon IoU as in the CoReAct paper, section V-B; definitions in docs/control.md.";
-    let mut page = Page::judged(&format!("Target {}", target.name), &metrics.verdict, about, &command);
+    let mut page =
+        Page::judged(&format!("Target {}", target.name), &outcome.verdict, about, &outcome.command);
     page.heading("Results");
     if let Some(Commanded { extrapolating, limited, .. }) = commanded {
         let percent = |part: f64| format!("{:.1} % of the samples", 100.0 * part);
@@ -203,8 +80,8 @@ pub(crate) fn write(folder: &Path, shown: &Shown, with_png: bool, caller: &Calle
     page.table(&["Recording", "Source", "SHA-256"], rows.iter().map(source));
     findings.show(&mut page);
     page.small(&format!("Target {}.", target.hash));
-    write_page(folder, page.finish(COMMIT))?;
-    Ok(value)
+    write_page(folder, page.finish(&outcome.commit))?;
+    Ok(())
 }
 
 /// Target and tips at the same times, and their distance; `None` where the times do not compare.

@@ -6,20 +6,26 @@ use hysteron_base::json::Value;
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 
-use crate::{check, command, generate, mesh, record, run, target};
+use crate::{check, command, evaluate, generate, mesh, record, rig, run, target, track};
 
 /// A verb as it is typed, and the schema of its outcome.
 type Verb = (&'static str, fn(&mut SchemaGenerator) -> Schema);
 
 /// All verbs whose outcome has a type, in the order of the document.
-const VERBS: [Verb; 7] = [
+const VERBS: [Verb; 13] = [
     ("simulate, reach", <run::Outcome as JsonSchema>::json_schema),
     ("record", <record::Outcome as JsonSchema>::json_schema),
     ("generate", <generate::Outcome as JsonSchema>::json_schema),
     ("command", <command::Outcome as JsonSchema>::json_schema),
+    ("track", <track::Outcome as JsonSchema>::json_schema),
+    ("evaluate", <evaluate::Outcome as JsonSchema>::json_schema),
     ("target", <target::Outcome as JsonSchema>::json_schema),
     ("mesh", <mesh::Outcome as JsonSchema>::json_schema),
     ("check", <check::Outcome as JsonSchema>::json_schema),
+    ("rig check", <rig::check::Outcome as JsonSchema>::json_schema),
+    ("rig calibrate", <rig::calibrate::Outcome as JsonSchema>::json_schema),
+    ("rig emulate", <rig::emulate::Outcome as JsonSchema>::json_schema),
+    ("rig recover", <rig::recover::Outcome as JsonSchema>::json_schema),
 ];
 
 const HEAD: &str = "\

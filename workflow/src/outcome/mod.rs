@@ -54,6 +54,25 @@ impl Printed {
     }
 }
 
+/// Reads one of two objects: `with` where the key is there, `without` where it is not. (What serde holds back to choose a variant
+/// by itself has lost the numbers that are not finite.)
+///
+/// # Errors
+/// Those of reading the chosen object.
+pub(crate) fn by_key<'de, D: Deserializer<'de>, A: DeserializeOwned, B: DeserializeOwned, T>(
+    deserializer: D,
+    key: &str,
+    with: impl FnOnce(A) -> T,
+    without: impl FnOnce(B) -> T,
+) -> Result<T, D::Error> {
+    let object = json::Value::deserialize(deserializer)?;
+    match object.get(key) {
+        Some(_) => json::from_value(&object).map(with),
+        None => json::from_value(&object).map(without),
+    }
+    .map_err(D::Error::custom)
+}
+
 /// The value of `format` in every `metrics.json`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct MetricsFormat;

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use hysteron_base::{BadInput, Lock, file, json};
+use hysteron_base::{BadInput, Lock, file};
 use hysteron_rig::bus::RegisterBaseline;
 use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::virtual_rig::SimulatedRig;
 use hysteron_rig::{Hardware, LiveRig};
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::Caller;
 use crate::record::source::{Source, calibration_path};
@@ -33,11 +34,33 @@ pub struct Options {
     pub seed: u64,
 }
 
+/// The outcome of `rig calibrate`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// The calibration file.
+    pub calibration: PathBuf,
+    /// One entry per tendon.
+    pub channels: Vec<ChannelCalibration>,
+}
+
+impl crate::outcome::Outcome for Outcome {}
+
+/// Zero and slack of a tendon.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct ChannelCalibration {
+    /// Id of its servo.
+    pub servo: u8,
+    /// Position of the servo at stroke zero [ticks].
+    pub zero_ticks: i32,
+    /// Stroke at which the slack ends [mm].
+    pub slack_end_mm: f64,
+}
+
 /// Carries out the verb.
 ///
 /// # Errors
 /// Bad input; a tendon or a tracker that cannot be calibrated.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     let source = Source::read(&options.rig)?;
     let out = match (&source, &options.out) {
         (Source::Live { rig, .. }, named) => calibration_path(rig, named.as_ref()),
@@ -78,10 +101,12 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     file::write_bytes(&out, calibration.to_toml())?;
     print(&calibration, caller);
     caller.say(format_args!("written: {}", out.display()));
-    let channels = calibration.channels.iter().map(|channel| {
-        json!({ "servo": channel.servo_id, "zero_ticks": channel.zero, "slack_end_mm": 1e3 * channel.slack_end })
+    let channels = calibration.channels.iter().map(|channel| ChannelCalibration {
+        servo: channel.servo_id,
+        zero_ticks: channel.zero,
+        slack_end_mm: 1e3 * channel.slack_end,
     });
-    Ok(json!({ "calibration": out, "channels": channels.collect::<Vec<_>>() }))
+    Ok(Outcome { channels: channels.collect(), calibration: out })
 }
 
 /// What the servos' registers are compared with: what the calibration before stored, or the factory's values.

@@ -2,14 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::{BadInput, json};
+use std::collections::BTreeMap;
+
+use hysteron_base::BadInput;
 use hysteron_rig::LiveRig;
-use hysteron_rig::bus::{RegisterBaseline, RegisterDifference, ServoBus, ServoReport, list_ports};
+use hysteron_rig::bus::{PortInfo, RegisterBaseline, RegisterDifference, ServoBus, ServoReport, list_ports};
 use hysteron_rig::calibration::Calibration;
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::teleoperation::{Arms, ArmsConfig};
 use hysteron_rig::tracker::TrackerSurvey;
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::is_of_arms;
 use crate::Caller;
@@ -43,13 +46,79 @@ pub struct Options {
     pub yes: bool,
 }
 
+/// The outcome of `rig check`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// Serial ports of this machine.
+    pub ports: Vec<Port>,
+    /// Servos of a rig.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub servos: Option<Vec<ServoSummary>>,
+    /// Tracker of a rig that has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tracker: Option<TrackerSurvey>,
+    /// Joints of two arms.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joints: Option<usize>,
+}
+
+impl crate::outcome::Outcome for Outcome {}
+
+impl Outcome {
+    fn of_ports(ports: Vec<Port>) -> Self {
+        Self { ports, servos: None, tracker: None, joints: None }
+    }
+}
+
+/// A serial port.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Port {
+    /// Its device file.
+    pub port: PathBuf,
+    /// Its description by the system.
+    pub description: String,
+}
+
+/// A servo as it answered.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct ServoSummary {
+    /// Id on the bus.
+    pub id: u8,
+    /// Model number.
+    pub model: u16,
+    /// Supply voltage [V].
+    pub supply_v: f64,
+    /// Temperature [°C].
+    pub temperature_c: f64,
+    /// Whether its torque is on.
+    pub is_torque_on: bool,
+    /// Position [ticks].
+    pub position_ticks: i32,
+    /// Registers that a calibration stores, by name; empty for servos that have none.
+    pub registers: BTreeMap<String, i64>,
+}
+
+impl ServoSummary {
+    fn new(servo: &ServoReport) -> Self {
+        Self {
+            id: servo.id,
+            model: servo.model,
+            supply_v: servo.voltage_v,
+            temperature_c: servo.temperature_degc,
+            is_torque_on: servo.torque_on,
+            position_ticks: servo.position,
+            registers: servo.registers.to_keys(),
+        }
+    }
+}
+
 /// Carries out the verb.
 ///
 /// # Errors
 /// Bad input; a rig that is not fit to run.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     let listed = print_ports(caller)?;
-    let Some(path) = &options.rig else { return Ok(json!({ "ports": listed })) };
+    let Some(path) = &options.rig else { return Ok(Outcome::of_ports(listed)) };
     if is_of_arms(path)? {
         return check_arms(path, options, listed, caller);
     }
@@ -68,12 +137,11 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if let Some(survey) = &survey {
         print_survey(survey, caller);
     }
-    Ok(
-        json!({ "ports": listed, "servos": reports.iter().map(summary).collect::<Vec<_>>(), "tracker": survey }),
-    )
+    let servos = reports.iter().map(ServoSummary::new).collect();
+    Ok(Outcome { servos: Some(servos), tracker: survey, ..Outcome::of_ports(listed) })
 }
 
-fn print_ports(caller: &Caller) -> anyhow::Result<Vec<Value>> {
+fn print_ports(caller: &Caller) -> anyhow::Result<Vec<Port>> {
     let ports = list_ports()?;
     caller.say(format_args!("serial ports: {}", ports.len()));
     for port in &ports {
@@ -83,7 +151,8 @@ fn print_ports(caller: &Caller) -> anyhow::Result<Vec<Value>> {
             caller.say(format_args!("    {advice}"));
         }
     }
-    Ok(ports.iter().map(|port| json!({ "port": port.path, "description": port.description })).collect())
+    let port = |port: &PortInfo| Port { port: port.path.clone(), description: port.description.clone() };
+    Ok(ports.iter().map(port).collect())
 }
 
 /// What the registers of a rig's servos are compared with: what its calibration stored; before there is one, the
@@ -162,7 +231,7 @@ fn confirm(different: &[RegisterDifference], options: &Options, caller: &Caller)
 }
 
 /// The same for two arms.
-fn check_arms(path: &Path, options: &Options, listed: Vec<Value>, caller: &Caller) -> anyhow::Result<Value> {
+fn check_arms(path: &Path, options: &Options, listed: Vec<Port>, caller: &Caller) -> anyhow::Result<Outcome> {
     if options.calibration.is_some() {
         let expected = "no calibration: the file of the arms states their registers";
         return Err(BadInput::new("--calibration", expected, "one").into());
@@ -182,15 +251,7 @@ fn check_arms(path: &Path, options: &Options, listed: Vec<Value>, caller: &Calle
             bus.accept_registers(&baseline)?;
         }
     }
-    Ok(json!({ "ports": listed, "joints": config.joints.len() }))
-}
-
-fn summary(servo: &ServoReport) -> Value {
-    json!({
-        "id": servo.id, "model": servo.model, "supply_v": servo.voltage_v,
-        "temperature_c": servo.temperature_degc, "is_torque_on": servo.torque_on, "position_ticks": servo.position,
-        "registers": servo.registers,
-    })
+    Ok(Outcome { joints: Some(config.joints.len()), ..Outcome::of_ports(listed) })
 }
 
 fn print(reports: &[ServoReport], caller: &Caller) {

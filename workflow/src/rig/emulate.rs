@@ -4,13 +4,14 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use hysteron_base::{BadInput, Lock, file, json};
+use hysteron_base::{BadInput, Lock, file};
 use hysteron_rig::emulator::{
     Counts, DeviceClock, Emulator, FAULTS_LOG, Faults, Format, Options as EmulatorOptions, PoseDelivery,
     PoseServerSettings, TORQUE_LOG, Timing,
 };
 use hysteron_rig::virtual_rig::{VirtualRobot, World, rig_file};
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::Caller;
 
@@ -95,11 +96,17 @@ const TRACKER_OFFSET: f64 = 1000.0;
 /// And is a little fast [-].
 const TRACKER_DRIFT: f64 = 20e-6;
 
+/// The outcome of `rig emulate`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome(pub Counts);
+
+impl crate::outcome::Outcome for Outcome {}
+
 /// Carries out the verb.
 ///
 /// # Errors
 /// Bad input; ports that cannot be opened; emulated servos that stop by themselves.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     let end = options.for_s.map(duration).transpose()?;
     let robot = robot(options)?;
     let world = World::new(&robot, options.seed);
@@ -132,10 +139,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     }
     let counts = emulator.counts();
     print_counts(&counts, caller);
-    Ok(json!({
-        "instructions": counts.instructions, "bad_packets": counts.bad_packets, "answers": counts.answers,
-        "complete_rounds": counts.complete_rounds, "broken_rounds": counts.broken_rounds, "slipped_ms": counts.slipped_ms,
-    }))
+    Ok(Outcome(counts))
 }
 
 /// The virtual robot of a preset or of a file.

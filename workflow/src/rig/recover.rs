@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use hysteron_base::{BadInput, json};
+use hysteron_base::BadInput;
 use hysteron_rig::session::recover;
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::Caller;
 
@@ -19,16 +20,29 @@ pub struct Options {
     pub out: PathBuf,
 }
 
+/// The outcome of `rig recover`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// The recording.
+    pub recording: PathBuf,
+    /// Number of samples.
+    pub rows: usize,
+    /// Samples that were not measured and are filled in.
+    pub filled_in: usize,
+}
+
+impl crate::outcome::Outcome for Outcome {}
+
 /// Carries out the verb.
 ///
 /// # Errors
 /// Bad input; a journal without a single row.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     if options.out.exists() {
         let place = options.out.display().to_string();
         return Err(BadInput::new(place, "a new file", "one that exists").into());
     }
     let (n_rows, n_gaps) = recover(&options.journal, &options.out)?;
     caller.say(format_args!("{}: {n_rows} rows, {n_gaps} of them filled in", options.out.display()));
-    Ok(json!({ "recording": options.out, "rows": n_rows, "filled_in": n_gaps }))
+    Ok(Outcome { recording: options.out.clone(), rows: n_rows, filled_in: n_gaps })
 }
