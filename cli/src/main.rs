@@ -91,7 +91,7 @@ fn run(program: &Program, caller: &Caller) -> anyhow::Result<Printed> {
             Printed::untyped(&study::demo::run(arguments, &program.passed_on(), caller)?)
         }
         Verb::Rig(arguments) => rig::run(arguments, caller),
-        Verb::Arm(arguments) => Printed::untyped(&arm::run(arguments, caller)?),
+        Verb::Arm(arguments) => arm::run(arguments, caller),
         Verb::Completions(arguments) => {
             manual::completions(arguments, Program::command());
             Ok(Printed::nothing())

@@ -4,8 +4,8 @@ mod fit;
 mod identify;
 
 use hysteron_base::BadInput;
+use hysteron_workflow::outcome::Printed;
 use hysteron_workflow::{Caller, arm, arm_fit, arm_study};
-use serde_json::Value;
 
 const HELP: &str = "\
 MODEL is a file of URDF, xacro or MJCF (docs/robot-files.md), or the name of a built-in robot: open-manipulator-x, panda, so101, scara, three-link, wrist.
@@ -66,25 +66,25 @@ enum Verb {
 }
 
 /// Runs the verb.
-pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Printed> {
     match &arguments.verb {
-        Verb::Adapt(options) => arm_fit::adapt::run(options, caller),
-        Verb::Info(options) => arm::info::run(options, caller),
-        Verb::Check(options) => arm::info::check(options, caller),
-        Verb::Dynamics(options) => arm::dynamics::run(options, caller),
+        Verb::Adapt(options) => Printed::untyped(&arm_fit::adapt::run(options, caller)?),
+        Verb::Info(options) => Printed::new(&arm::info::run(options, caller)?),
+        Verb::Check(options) => Printed::new(&arm::info::check(options, caller)?),
+        Verb::Dynamics(options) => Printed::new(&arm::dynamics::run(options, caller)?),
         #[cfg(unix)]
-        Verb::Emulate(options) => arm::emulate::run(options, caller),
-        Verb::Estimate(options) => arm_fit::estimate::run(options, caller),
-        Verb::Evaluate(options) => arm_fit::evaluate::run(options, caller),
-        Verb::Excite(options) => arm::excite::run(options, caller),
-        Verb::Export(options) => arm::export::run(options, caller),
-        Verb::Fit(arguments) => fit::run(arguments, caller),
-        Verb::Generate(options) => arm::generate::run(options, caller),
-        Verb::Identify(arguments) => identify::run(arguments, caller),
+        Verb::Emulate(options) => Printed::new(&arm::emulate::run(options, caller)?),
+        Verb::Estimate(options) => Printed::untyped(&arm_fit::estimate::run(options, caller)?),
+        Verb::Evaluate(options) => Printed::untyped(&arm_fit::evaluate::run(options, caller)?),
+        Verb::Excite(options) => Printed::untyped(&arm::excite::run(options, caller)?),
+        Verb::Export(options) => Printed::new(&arm::export::run(options, caller)?),
+        Verb::Fit(arguments) => Printed::untyped(&fit::run(arguments, caller)?),
+        Verb::Generate(options) => Printed::untyped(&arm::generate::run(options, caller)?),
+        Verb::Identify(arguments) => Printed::untyped(&identify::run(arguments, caller)?),
         Verb::Import { arguments } => Err(moved(arguments).into()),
-        Verb::Record(options) => arm::record::run(options, caller),
-        Verb::Simulate(options) => arm::simulate::run(options, caller),
-        Verb::Study(options) => arm_study::run(options, caller),
+        Verb::Record(options) => Printed::new(&arm::record::run(options, caller)?),
+        Verb::Simulate(options) => Printed::new(&arm::simulate::run(options, caller)?),
+        Verb::Study(options) => Printed::untyped(&arm_study::run(options, caller)?),
     }
 }
 

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_arm::{JointKind, Model, Quantity, Wanted, columns_of_dynamics, dynamics_of_rows};
-use hysteron_base::{BadInput, MAX_CHANNELS, Recording, json};
-use serde_json::Value;
+use hysteron_base::{BadInput, MAX_CHANNELS, Recording};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::Caller;
 use crate::learned_dynamics;
@@ -33,11 +34,22 @@ pub struct Options {
     pub derivatives: bool,
 }
 
+/// The outcome of `arm dynamics`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// Number of samples.
+    pub rows: usize,
+    /// The recording of the results.
+    pub out: PathBuf,
+}
+
+impl crate::outcome::Outcome for Outcome {}
+
 /// Carries out the verb.
 ///
 /// # Errors
 /// Bad input; files that cannot be written.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     if learned_dynamics::is_model(options.model.as_ref()) {
         return learned(options, caller);
     }
@@ -80,7 +92,7 @@ fn check_columns(model: &Model, options: &Options, is_inverse: bool) -> Result<(
 }
 
 /// Torques of a learned model for the same states.
-fn learned(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+fn learned(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     if options.derivatives || options.frame.is_some() {
         let option = if options.derivatives { "--derivatives" } else { "--frame" };
         let bad = BadInput::new(option, "a robot file", "a learned model, which has torques alone");
@@ -95,8 +107,8 @@ fn learned(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     written(&found, options, caller)
 }
 
-fn written(results: &Recording, options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+fn written(results: &Recording, options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     results.write(&options.out)?;
     caller.say(format_args!("{} rows: {}", results.n_samples(), options.out.display()));
-    Ok(json!({ "rows": results.n_samples(), "out": options.out }))
+    Ok(Outcome { rows: results.n_samples(), out: options.out.clone() })
 }

@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use hysteron_base::{BadInput, Lock, file, json};
-use hysteron_rig::emulator::{Emulator, Faults, Options as EmulatorOptions, TORQUE_LOG, Timing};
+use hysteron_base::{BadInput, Lock, file};
+use hysteron_rig::emulator::{Counts, Emulator, Faults, Options as EmulatorOptions, TORQUE_LOG, Timing};
 use hysteron_rig::teleoperation::ARMS_FILE;
 use hysteron_rig::virtual_arm::{Fault, N_SERVOS, data_set, fault_set};
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::generate::read_arm;
 use crate::Caller;
@@ -59,11 +60,37 @@ pub struct Options {
     pub for_s: Option<f64>,
 }
 
+/// The outcome of `arm emulate`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// The leader's port.
+    pub leader: PortCounts,
+    /// The follower's port.
+    pub follower: PortCounts,
+}
+
+impl crate::outcome::Outcome for Outcome {}
+
+/// Traffic on an emulated port.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct PortCounts {
+    /// Instructions with a right checksum.
+    pub instructions: u64,
+    /// Answers sent.
+    pub answers: u64,
+}
+
+impl PortCounts {
+    fn new(counts: &Counts) -> Self {
+        Self { instructions: counts.instructions, answers: counts.answers }
+    }
+}
+
 /// Carries out the verb.
 ///
 /// # Errors
 /// Bad input; ports that cannot be opened; emulated servos that stop by themselves.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     let end = options.for_s.map(|seconds| duration("--for-s", seconds)).transpose()?;
     let begins = duration("--begins-s", options.begins_s)?.as_secs_f64();
     let (general, _) = read_arm(&options.arm)?;
@@ -115,10 +142,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         "leader: {} instructions, {} answers; follower: {} and {}",
         leader.instructions, leader.answers, follower.instructions, follower.answers
     ));
-    Ok(json!({
-        "leader": { "instructions": leader.instructions, "answers": leader.answers },
-        "follower": { "instructions": follower.instructions, "answers": follower.answers },
-    }))
+    Ok(Outcome { leader: PortCounts::new(&leader), follower: PortCounts::new(&follower) })
 }
 
 /// Of the leader and of the follower.

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use hysteron_base::{Table, json};
-use serde_json::Value;
+use hysteron_base::Table;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::Caller;
 use crate::robot_file::{self, Part};
@@ -28,11 +29,22 @@ pub struct Options {
     pub joints: bool,
 }
 
+/// The outcome of `arm export`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// Number of joints that move.
+    pub joints: usize,
+    /// The file.
+    pub out: PathBuf,
+}
+
+impl crate::outcome::Outcome for Outcome {}
+
 /// Carries out the verb.
 ///
 /// # Errors
 /// Bad input; files that cannot be written.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     let part = if options.joints { Part::Joints } else { Part::Whole };
     let mut model = options.robot_options.model_of_any_mass(&options.model, caller)?;
     if let Some(path) = &options.parameters {
@@ -44,5 +56,5 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     robot_file::check("--out", &options.out, part)?;
     robot_file::write(&model, &options.out, part, caller)?;
     caller.say(format_args!("{} joints: {}", model.n_joints(), options.out.display()));
-    Ok(json!({ "joints": model.n_joints(), "out": options.out }))
+    Ok(Outcome { joints: model.n_joints(), out: options.out.clone() })
 }

@@ -1,8 +1,9 @@
 //! `hysteron arm info` and `hysteron arm check`.
 
 use hysteron_arm::{JointKind, Model};
-use hysteron_base::{BadInput, json};
-use serde_json::Value;
+use hysteron_base::BadInput;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::Caller;
 
@@ -31,21 +32,66 @@ pub struct CheckOptions {
     pub robot_options: super::RobotOptions,
 }
 
+/// The outcome of `arm info` and of `arm check`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// Name of the robot.
+    pub robot: String,
+    /// Joints that move.
+    pub joints: Vec<JointSummary>,
+    /// Distance from the base that no point of the robot is beyond [m].
+    pub reach_m: f64,
+    /// Joints that are held at zero.
+    pub held_joints: Vec<String>,
+    /// Doubts about the file, as sentences.
+    pub warnings: Vec<String>,
+}
+
+impl crate::outcome::Outcome for Outcome {}
+
+/// A joint in numbers.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct JointSummary {
+    /// Name.
+    pub name: String,
+    /// Mass of what moves with it and with no later joint [kg].
+    pub mass_kg: f64,
+    /// Smallest and largest coordinate [rad or m]; none where the file has no limits.
+    pub range: Option<[f64; 2]>,
+}
+
+impl Outcome {
+    fn new(model: &Model) -> Self {
+        let joints = model.joints().iter().map(|joint| JointSummary {
+            name: joint.name.clone(),
+            mass_kg: joint.inertia.mass,
+            range: joint.drive.range,
+        });
+        Self {
+            robot: model.name().to_owned(),
+            joints: joints.collect(),
+            reach_m: model.reach(),
+            held_joints: model.notes().welded.iter().map(|joint| joint.name.clone()).collect(),
+            warnings: model.notes().warnings.clone(),
+        }
+    }
+}
+
 /// Prints the robot.
 ///
 /// # Errors
 /// A robot that cannot be read.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     let model = options.robot_options.model_of_any_mass(&options.model, caller)?;
     print(&model, caller);
-    Ok(summary(&model))
+    Ok(Outcome::new(&model))
 }
 
 /// Prints the robot and what looks wrong in it.
 ///
 /// # Errors
 /// A robot that cannot be read, or with numbers that look wrong.
-pub fn check(options: &CheckOptions, caller: &Caller) -> anyhow::Result<Value> {
+pub fn check(options: &CheckOptions, caller: &Caller) -> anyhow::Result<Outcome> {
     let model = options.robot_options.model_of_any_mass(&options.model, caller)?;
     print(&model, caller);
     let suspicions = model.suspicions();
@@ -59,18 +105,7 @@ pub fn check(options: &CheckOptions, caller: &Caller) -> anyhow::Result<Value> {
             return Err(BadInput::new(&options.model, "numbers that a robot can have", found).into());
         }
     }
-    Ok(summary(&model))
-}
-
-fn summary(model: &Model) -> Value {
-    let joints = model.joints().iter().map(
-        |joint| json!({ "name": joint.name, "mass_kg": joint.inertia.mass, "range": joint.drive.range }),
-    );
-    let held: Vec<&str> = model.notes().welded.iter().map(|joint| joint.name.as_str()).collect();
-    json!({
-        "robot": model.name(), "joints": joints.collect::<Vec<_>>(), "reach_m": model.reach(), "held_joints": held,
-        "warnings": model.notes().warnings,
-    })
+    Ok(Outcome::new(&model))
 }
 
 fn print(model: &Model, caller: &Caller) {

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use hysteron_arm::POSITION_GAIN;
-use hysteron_base::{BadInput, Lock, Metadata, json};
+use hysteron_base::{BadInput, Lock, Metadata};
 use hysteron_rig::teleoperation::{Arms, ArmsConfig, ArmsOutcome, ArmsRecording, Estimates};
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::Caller;
 use crate::record::partial_files::rescue;
@@ -40,18 +41,33 @@ pub struct Options {
     pub degraded: bool,
 }
 
+/// The outcome of `arm record`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// The recording.
+    pub recording: PathBuf,
+    /// Number of samples.
+    pub rows: usize,
+    /// Samples that were not measured and are filled in.
+    pub filled_in: usize,
+    /// Cycles that came late.
+    pub late_cycles: usize,
+}
+
+impl crate::outcome::Outcome for Outcome {}
+
 /// Carries out the verb.
 ///
 /// # Errors
 /// Bad input; arms that do not answer; a limit that was passed.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     let config = ArmsConfig::read(&options.arms)?;
     let outcome = record((options, &config), Estimates::none(), caller)?;
     Ok(summary(&outcome, caller))
 }
 
 /// Says what was recorded, and returns it.
-pub(crate) fn summary(outcome: &ArmsOutcome, caller: &Caller) -> Value {
+pub(crate) fn summary(outcome: &ArmsOutcome, caller: &Caller) -> Outcome {
     caller.say(format_args!(
         "{}: {} rows, {} of them filled in, {} cycles late",
         outcome.out.display(),
@@ -59,9 +75,12 @@ pub(crate) fn summary(outcome: &ArmsOutcome, caller: &Caller) -> Value {
         outcome.n_gaps,
         outcome.n_late
     ));
-    json!({
-        "recording": outcome.out, "rows": outcome.n_rows, "filled_in": outcome.n_gaps, "late_cycles": outcome.n_late,
-    })
+    Outcome {
+        recording: outcome.out.clone(),
+        rows: outcome.n_rows,
+        filled_in: outcome.n_gaps,
+        late_cycles: outcome.n_late,
+    }
 }
 
 /// Records with further channels that are computed from each row.

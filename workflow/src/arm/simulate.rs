@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use hysteron_arm::{Model, Quantity, joint_rows, motion_under_torques};
 use hysteron_base::{BadInput, Recording};
-use serde_json::Value;
 
-use crate::{Caller, arm_figures};
+use crate::Caller;
+use crate::arm_figures::{self, Outcome};
 
 /// Simulate the motion of an arm under recorded torques
 #[derive(Debug, Clone)]
@@ -44,7 +44,7 @@ pub struct Options {
 ///
 /// # Errors
 /// Bad input; files that cannot be written.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     let model = options.robot_options.model(&options.model, caller)?;
     let torques = Recording::read(&options.torques)?;
     let outputs = super::reads(&options.model).and([&options.torques]).recording("--out", &options.out);
@@ -62,12 +62,12 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     )
     .map_err(|bad| bad.within(options.torques.display()))?;
     motion.write(&options.out)?;
-    let value = match &options.figures {
-        Some(folder) => arm_figures::write(folder, &model, &motion, options.png)?,
-        None => arm_figures::summarise(&model, &motion)?,
-    };
+    let outcome = Outcome::new(&model, &motion)?;
+    if let Some(folder) = &options.figures {
+        arm_figures::write(folder, &model, &motion, &outcome, options.png)?;
+    }
     caller.say(format_args!("{} rows: {}", motion.n_samples(), options.out.display()));
-    Ok(value)
+    Ok(outcome)
 }
 
 /// Coordinates of the first row; zero where there are none.

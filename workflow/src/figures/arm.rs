@@ -5,33 +5,41 @@ use std::path::Path;
 use hysteron_arm::{
     Data, JointKind, Model, Quantity, Wanted, channel_name, dynamics_of_rows, joint_rows, skeleton,
 };
-use hysteron_base::{Metadata, Recording, json};
+use hysteron_base::{Metadata, Recording};
 use plotters::prelude::*;
 
 use hysteron_report::figure::{Figure, register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::sheet::{BELOW, LEFT, Sheet, number, padded, ramp};
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::outcome::MetricsFormat;
 
 /// Times at which the arm is drawn.
 const POSES: usize = 7;
 
 /// Writes the figures, `report.html` and `metrics.json` of `motion` to `folder`.
-pub fn write(folder: &Path, model: &Model, motion: &Recording, with_png: bool) -> anyhow::Result<Value> {
+pub fn write(
+    folder: &Path,
+    model: &Model,
+    motion: &Recording,
+    outcome: &Outcome,
+    with_png: bool,
+) -> anyhow::Result<()> {
     register_embedded_font()?;
-    let meta = motion.meta();
-    let metrics = metrics(model, motion)?;
-    let value = write_metrics(folder, &metrics)?;
-    let Metrics { samples, duration_s, joints: ends, energy_j, .. } = metrics;
-    let mut page = Page::new(&format!("Motion of {}", model.name()), &meta.source, &meta.command);
+    write_metrics(folder, outcome)?;
+    let Outcome { samples, duration_s, joints: ends, energy_j, .. } = outcome;
+    let mut page = Page::new(&format!("Motion of {}", model.name()), &motion.meta().source, &outcome.command);
     page.heading("Results");
     page.list([
         ("Duration [s]", format!("{duration_s:.3}")),
         ("Samples", samples.to_string()),
         ("Energy at the start and at the end [J]", format!("{:.4}, {:.4}", energy_j[0], energy_j[1])),
     ]);
-    let cells = |row: &End| [row.name.clone(), number(row.least), number(row.most), number(row.fastest)];
+    let cells =
+        |row: &JointMotionRange| [row.name.clone(), number(row.least), number(row.most), number(row.fastest)];
     let head = ["Joint", "Least [rad or m]", "Most", "Fastest [1/s]"];
     page.table(&head, ends.iter().map(|row| cells(row).to_vec()));
     page.heading("Figures");
@@ -39,43 +47,51 @@ pub fn write(folder: &Path, model: &Model, motion: &Recording, with_png: bool) -
     for chart in [joints(model, motion)?, torques(model, motion)?, energies(motion, total_energy(motion)?)?] {
         page.figure(&save(folder, &chart, with_png)?);
     }
-    write_page(folder, page.finish(&meta.commit))?;
-    Ok(value)
+    write_page(folder, page.finish(&outcome.commit))?;
+    Ok(())
 }
 
-/// The summary, where no report is asked for.
-pub fn summarise(model: &Model, motion: &Recording) -> anyhow::Result<Value> {
-    Ok(json::to_value(metrics(model, motion)?)?)
+/// The outcome of `arm simulate`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// Format of the file.
+    pub format: MetricsFormat,
+    /// Its version.
+    pub version: u32,
+    /// Name of the robot.
+    pub robot: String,
+    /// Number of samples.
+    pub samples: usize,
+    /// Time from the first to the last sample [s].
+    pub duration_s: f64,
+    /// One entry per joint.
+    pub joints: Vec<JointMotionRange>,
+    /// Energy at the start and at the end [J].
+    pub energy_j: [f64; 2],
+    /// The command that made this.
+    pub command: String,
+    /// Commit of the program.
+    pub commit: String,
 }
 
-/// Every number of the report.
-#[derive(serde::Serialize)]
-struct Metrics<'a> {
-    format: &'static str,
-    version: u32,
-    robot: &'a str,
-    samples: usize,
-    duration_s: f64,
-    joints: Vec<End>,
-    /// At the start and at the end [J].
-    energy_j: [f64; 2],
-    command: &'a str,
-    commit: &'a str,
-}
+impl crate::outcome::Outcome for Outcome {}
 
-fn metrics<'a>(model: &'a Model, motion: &'a Recording) -> anyhow::Result<Metrics<'a>> {
-    let (meta, time, total) = (motion.meta(), motion.time(), total_energy(motion)?);
-    Ok(Metrics {
-        format: "hysteron-metrics",
-        version: 1,
-        robot: model.name(),
-        samples: time.len(),
-        duration_s: time[time.len() - 1] - time[0],
-        joints: ends(model, motion)?,
-        energy_j: [total[0], total[total.len() - 1]],
-        command: &meta.command,
-        commit: &meta.commit,
-    })
+impl Outcome {
+    /// Of a simulated motion.
+    pub fn new(model: &Model, motion: &Recording) -> anyhow::Result<Self> {
+        let (meta, time, total) = (motion.meta(), motion.time(), total_energy(motion)?);
+        Ok(Self {
+            format: MetricsFormat,
+            version: 1,
+            robot: model.name().to_owned(),
+            samples: time.len(),
+            duration_s: time[time.len() - 1] - time[0],
+            joints: ends(model, motion)?,
+            energy_j: [total[0], total[total.len() - 1]],
+            command: meta.command.clone(),
+            commit: meta.commit.clone(),
+        })
+    }
 }
 
 /// Kinetic and potential energy together [J].
@@ -85,19 +101,23 @@ fn total_energy(motion: &Recording) -> anyhow::Result<Vec<f64>> {
 }
 
 /// How far and how fast a joint went, in its unit.
-#[derive(serde::Serialize)]
-struct End {
-    name: String,
-    least: f64,
-    most: f64,
-    fastest: f64,
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct JointMotionRange {
+    /// Name of the joint.
+    pub name: String,
+    /// Smallest coordinate [rad or m].
+    pub least: f64,
+    /// Largest coordinate [rad or m].
+    pub most: f64,
+    /// Largest speed [rad/s or m/s].
+    pub fastest: f64,
 }
 
-fn ends(model: &Model, motion: &Recording) -> anyhow::Result<Vec<End>> {
+fn ends(model: &Model, motion: &Recording) -> anyhow::Result<Vec<JointMotionRange>> {
     let end = |(k, joint): (usize, &hysteron_arm::Joint)| {
         let of = |quantity| motion.require(&channel_name(model, quantity, k));
         let (q, dq) = (of(Quantity::Position)?, of(Quantity::Velocity)?);
-        Ok(End {
+        Ok(JointMotionRange {
             name: joint.name.clone(),
             least: q.iter().copied().fold(f64::INFINITY, f64::min),
             most: q.iter().copied().fold(f64::NEG_INFINITY, f64::max),

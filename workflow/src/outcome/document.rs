@@ -6,13 +6,13 @@ use hysteron_base::json::Value;
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 
-use crate::{check, command, evaluate, generate, mesh, record, rig, run, target, track};
+use crate::{arm, arm_figures, check, command, evaluate, generate, mesh, record, rig, run, target, track};
 
 /// A verb as it is typed, and the schema of its outcome.
 type Verb = (&'static str, fn(&mut SchemaGenerator) -> Schema);
 
 /// All verbs whose outcome has a type, in the order of the document.
-const VERBS: [Verb; 13] = [
+const VERBS: [Verb; 19] = [
     ("simulate, reach", <run::Outcome as JsonSchema>::json_schema),
     ("record", <record::Outcome as JsonSchema>::json_schema),
     ("generate", <generate::Outcome as JsonSchema>::json_schema),
@@ -26,6 +26,12 @@ const VERBS: [Verb; 13] = [
     ("rig calibrate", <rig::calibrate::Outcome as JsonSchema>::json_schema),
     ("rig emulate", <rig::emulate::Outcome as JsonSchema>::json_schema),
     ("rig recover", <rig::recover::Outcome as JsonSchema>::json_schema),
+    ("arm info, arm check", <arm::info::Outcome as JsonSchema>::json_schema),
+    ("arm dynamics", <arm::dynamics::Outcome as JsonSchema>::json_schema),
+    ("arm simulate", <arm_figures::Outcome as JsonSchema>::json_schema),
+    ("arm record", <arm::record::Outcome as JsonSchema>::json_schema),
+    ("arm emulate", <arm::emulate::Outcome as JsonSchema>::json_schema),
+    ("arm export", <arm::export::Outcome as JsonSchema>::json_schema),
 ];
 
 const HEAD: &str = "\

@@ -106,7 +106,7 @@ pub(super) fn run(
     let live = live.into_inner();
     let ages = outcome.as_ref().map(|outcome| outcome.ages.clone()).unwrap_or_default();
     report(&live, (&ages, config.period), caller);
-    let mut summary = record::summary(&outcome?, caller);
+    let mut summary = json::to_value(record::summary(&outcome?, caller))?;
     summary["rate_hz"] = json!(1.0 / config.period);
     summary["contact"] = json!(live.contacts as f64 / live.rows.max(1) as f64);
     summary["contacts"] = json!(live.begun);
