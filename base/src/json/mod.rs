@@ -10,8 +10,7 @@ mod write;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::Error;
-pub use serde_json::{Map, Value};
+pub use serde_json::{Error, Map, Value};
 
 #[doc(hidden)]
 pub use construct::expression;

@@ -1,59 +1,75 @@
-//! `docs/outcomes.md`: the keys of every verb's outcome, made from the types.
+//! The keys of every verb's outcome, made from the types: the second half of `docs/outcomes.md`.
 
 use std::fmt::Write;
 
-use hysteron_base::json::Value;
+use hysteron_base::json::{self, Value};
 use schemars::generate::SchemaSettings;
-use schemars::{JsonSchema, Schema, SchemaGenerator};
+use schemars::{Schema, SchemaGenerator};
 
+use super::Outcome;
 use crate::{arm, arm_figures, check, command, evaluate, generate, mesh, record, rig, run, target, track};
 
-/// A verb as it is typed, and the schema of its outcome.
-type Verb = (&'static str, fn(&mut SchemaGenerator) -> Schema);
+/// A verb and the type of its outcome.
+struct Verb {
+    /// As it is typed; several verbs may have one outcome.
+    names: &'static [&'static str],
+    schema: fn(&mut SchemaGenerator) -> Schema,
+    /// Reads an outcome and writes it again.
+    rewrite: fn(&str) -> Result<String, json::Error>,
+}
+
+const fn verb<T: Outcome>(names: &'static [&'static str]) -> Verb {
+    Verb { names, schema: T::json_schema, rewrite: |text| json::to_text(json::from_text::<T>(text)?) }
+}
 
 /// All verbs whose outcome has a type, in the order of the document.
 const VERBS: [Verb; 19] = [
-    ("simulate, reach", <run::Outcome as JsonSchema>::json_schema),
-    ("record", <record::Outcome as JsonSchema>::json_schema),
-    ("generate", <generate::Outcome as JsonSchema>::json_schema),
-    ("command", <command::Outcome as JsonSchema>::json_schema),
-    ("track", <track::Outcome as JsonSchema>::json_schema),
-    ("evaluate", <evaluate::Outcome as JsonSchema>::json_schema),
-    ("target", <target::Outcome as JsonSchema>::json_schema),
-    ("mesh", <mesh::Outcome as JsonSchema>::json_schema),
-    ("check", <check::Outcome as JsonSchema>::json_schema),
-    ("rig check", <rig::check::Outcome as JsonSchema>::json_schema),
-    ("rig calibrate", <rig::calibrate::Outcome as JsonSchema>::json_schema),
-    ("rig emulate", <rig::emulate::Outcome as JsonSchema>::json_schema),
-    ("rig recover", <rig::recover::Outcome as JsonSchema>::json_schema),
-    ("arm info, arm check", <arm::info::Outcome as JsonSchema>::json_schema),
-    ("arm dynamics", <arm::dynamics::Outcome as JsonSchema>::json_schema),
-    ("arm simulate", <arm_figures::Outcome as JsonSchema>::json_schema),
-    ("arm record", <arm::record::Outcome as JsonSchema>::json_schema),
-    ("arm emulate", <arm::emulate::Outcome as JsonSchema>::json_schema),
-    ("arm export", <arm::export::Outcome as JsonSchema>::json_schema),
+    verb::<run::Outcome>(&["simulate", "reach"]),
+    verb::<record::Outcome>(&["record"]),
+    verb::<generate::Outcome>(&["generate"]),
+    verb::<command::Outcome>(&["command"]),
+    verb::<track::Outcome>(&["track"]),
+    verb::<evaluate::Outcome>(&["evaluate"]),
+    verb::<target::Outcome>(&["target"]),
+    verb::<mesh::Outcome>(&["mesh"]),
+    verb::<check::Outcome>(&["check"]),
+    verb::<rig::check::Outcome>(&["rig check"]),
+    verb::<rig::calibrate::Outcome>(&["rig calibrate"]),
+    verb::<rig::emulate::Outcome>(&["rig emulate"]),
+    verb::<rig::recover::Outcome>(&["rig recover"]),
+    verb::<arm::info::Outcome>(&["arm info", "arm check"]),
+    verb::<arm::dynamics::Outcome>(&["arm dynamics"]),
+    verb::<arm_figures::Outcome>(&["arm simulate"]),
+    verb::<arm::record::Outcome>(&["arm record"]),
+    verb::<arm::emulate::Outcome>(&["arm emulate"]),
+    verb::<arm::export::Outcome>(&["arm export"]),
 ];
 
-const HEAD: &str = "\
-# Outcomes of verbs
+/// The outcome of a verb read from JSON and written again; `None` for a verb whose outcome has no type.
+///
+/// # Errors
+/// Those of reading and writing JSON.
+pub fn rewrite(verb: &str, text: &str) -> Option<Result<String, json::Error>> {
+    VERBS.iter().find(|one| one.names.contains(&verb)).map(|one| (one.rewrite)(text))
+}
 
-Every verb returns one object. `--json` prints it; verbs that write a report store the same object as `metrics.json` beside
-`report.html`, and the page shows its numbers. Keys end in their unit; a key without a unit is a count, a text or a ratio. A number
-that is not finite is the text `\"NaN\"`, `\"Infinity\"` or `\"-Infinity\"`. A key that is marked *optional* is left out where it does
-not apply. This page is made from the program's types: `cargo run --release -p hysteron-workflow --example outcomes > docs/outcomes.md`.
-";
+/// Line of `docs/outcomes.md` below which all is made from the types.
+pub const MARK: &str =
+    "<!-- Below: made by `cargo run --release -p hysteron-workflow --example outcomes`. -->\n";
 
-/// The document.
+/// The keys of all outcomes, as Markdown.
 pub fn document() -> String {
     let mut generator = SchemaSettings::draft2020_12().into_generator();
-    let mut text = HEAD.to_owned();
-    for (verb, schema) in VERBS {
-        let schema = schema(&mut generator);
-        section(&mut text, &format!("## `{}`", verb.replace(", ", "`, `")), schema.as_value());
+    let mut text =
+        "\n## Keys of each verb\n\nA key that is *optional* is left out where it does not apply.\n"
+            .to_owned();
+    for verb in &VERBS {
+        let schema = (verb.schema)(&mut generator);
+        section(&mut text, &format!("### `{}`", verb.names.join("`, `")), schema.as_value());
     }
-    text.push_str("\n# Parts of outcomes\n");
+    text.push_str("\n## Parts of outcomes\n");
     for (name, schema) in generator.definitions() {
-        section(&mut text, &format!("## {name}"), schema);
+        section(&mut text, &format!("### {name}"), schema);
     }
     text
 }
