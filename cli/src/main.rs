@@ -71,7 +71,7 @@ fn run(program: &Program, caller: &Caller) -> anyhow::Result<Printed> {
         Verb::Mesh(options) => Printed::new(&workflow::mesh::run(options, caller)?),
         Verb::Check(options) => Printed::new(&workflow::check::run(options, caller)?),
         Verb::Record(options) => Printed::new(&workflow::record::run(options, caller)?),
-        Verb::Import(options) => Printed::untyped(&workflow::import::run(options, caller)?),
+        Verb::Import(options) => Printed::new(&workflow::import::run(options, caller)?),
         Verb::FitMaterial(options) => Printed::untyped(&workflow::fit_material::run(options, caller)?),
         Verb::Identify(options) => Printed::untyped(&workflow::identify::run(options, caller)?),
         Verb::FitResidual(options) => Printed::untyped(&workflow::fit_residual::run(options, caller)?),

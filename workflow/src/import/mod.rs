@@ -6,5 +6,5 @@ mod page;
 mod run;
 
 pub use options::Options;
-pub use outcome::Outcome;
+pub use outcome::{ChannelRange, Imported, ImportedRecording, Outcome, Proposed};
 pub use run::run;

@@ -1,59 +1,106 @@
-//! What an import came to: every channel with its unit, range and rate.
+//! The outcome of an import: every channel with its unit, range and rate.
 
 use std::path::{Path, PathBuf};
 
 use hysteron_base::import::Assembled;
 use hysteron_base::{Recording, units::Unit};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize};
 
-/// What came of an import; the same value is `metrics.json`, `--json` and the page.
-#[derive(Debug, Clone, Serialize)]
-pub struct Outcome {
-    pub(super) format: &'static str,
-    pub(super) version: u32,
+use crate::outcome::{self, MetricsFormat};
+
+/// The outcome of `import`: recordings, or a proposed map.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Outcome {
+    /// Recordings were made.
+    Imported(Imported),
+    /// A map was proposed.
+    Proposed(Proposed),
+}
+
+impl outcome::Outcome for Outcome {}
+
+impl<'de> Deserialize<'de> for Outcome {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        outcome::by_key(deserializer, "map", Self::Proposed, Self::Imported)
+    }
+}
+
+/// A map to edit.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Proposed {
+    /// Its text.
+    pub map: String,
+    /// Its file, or `-` for the console.
+    pub out: PathBuf,
+}
+
+/// Imported recordings.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Imported {
+    /// Format of the file.
+    pub format: MetricsFormat,
+    /// Its version.
+    pub version: u32,
     /// Whether the recordings can be used, in one sentence.
-    pub(super) verdict: String,
+    pub verdict: String,
     /// The map: a name or a file.
-    pub(super) columns: String,
+    pub columns: String,
     /// Joints of an arm, 0 of a tendon robot.
-    pub(super) joints: usize,
-    pub(super) rows: usize,
-    pub(super) gaps: usize,
-    pub(super) left_out: usize,
-    pub(super) recordings: Vec<One>,
-    pub(super) command: String,
-    pub(super) commit: String,
+    pub joints: usize,
+    /// Samples of all recordings.
+    pub rows: usize,
+    /// Samples that were not measured and are filled in.
+    pub gaps: usize,
+    /// Rows of the sources that were left out.
+    pub left_out: usize,
+    /// ImportedRecording entry per recording.
+    pub recordings: Vec<ImportedRecording>,
+    /// The command that made this.
+    pub command: String,
+    /// Commit of the program.
+    pub commit: String,
 }
 
 /// A recording.
-#[derive(Debug, Clone, Serialize)]
-pub struct One {
-    pub(super) out: PathBuf,
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct ImportedRecording {
+    /// Its file.
+    pub out: PathBuf,
     /// The value of the episode's column.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) episode: Option<String>,
-    pub(super) rows: usize,
-    pub(super) gaps: usize,
-    pub(super) left_out: usize,
-    /// None where rows stand at uneven times [Hz].
-    pub(super) rate_hz: Option<f64>,
-    pub(super) duration_s: f64,
-    pub(super) channels: Vec<ChannelRange>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub episode: Option<String>,
+    /// Number of samples.
+    pub rows: usize,
+    /// Samples that were not measured and are filled in.
+    pub gaps: usize,
+    /// Rows of the source that were left out.
+    pub left_out: usize,
+    /// Rate [Hz]; none where rows stand at uneven times.
+    pub rate_hz: Option<f64>,
+    /// Time from the first to the last sample [s].
+    pub duration_s: f64,
+    /// ImportedRecording entry per channel.
+    pub channels: Vec<ChannelRange>,
 }
 
 /// A channel.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ChannelRange {
-    pub(super) name: String,
+    /// Name.
+    pub name: String,
     /// Unit of the two numbers.
-    pub(super) unit: String,
-    pub(super) smallest: f64,
-    pub(super) largest: f64,
+    pub unit: String,
+    /// Smallest value.
+    pub smallest: f64,
+    /// Largest value.
+    pub largest: f64,
     /// Part of the samples that differ from the one before [-].
-    pub(super) changes_ratio: f64,
+    pub changes_ratio: f64,
 }
 
-impl One {
+impl ImportedRecording {
     pub(super) fn of(out: &Path, imported: &Assembled) -> Self {
         let recording = &imported.recording;
         let time = recording.time();
@@ -112,11 +159,12 @@ pub(super) fn shown_unit(name: &str) -> (Option<&'static Unit>, String) {
     (Unit::from_suffix(shown), written)
 }
 
-/// One sentence on whether the recordings can be used.
-pub(super) fn verdict(recordings: &[One]) -> String {
+/// ImportedRecording sentence on whether the recordings can be used.
+pub(super) fn verdict(recordings: &[ImportedRecording]) -> String {
     let (rows, gaps) = recordings.iter().fold((0, 0), |(rows, gaps), one| (rows + one.rows, gaps + one.gaps));
-    let frozen =
-        |one: &One| one.channels.iter().filter(|c| c.changes_ratio == 0.0).map(|c| c.name.clone()).collect();
+    let frozen = |one: &ImportedRecording| {
+        one.channels.iter().filter(|c| c.changes_ratio == 0.0).map(|c| c.name.clone()).collect()
+    };
     let frozen: Vec<String> = recordings.first().map(frozen).unwrap_or_default();
     let gap_part = gaps as f64 / rows.max(1) as f64;
     match (gap_part, frozen.is_empty()) {

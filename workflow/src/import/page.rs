@@ -6,9 +6,8 @@ use hysteron_base::Recording;
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, Shaded, TimeChart, TimePanel, spans, without_gaps};
 use hysteron_report::page::{Page, write_metrics, write_page};
-use serde_json::Value;
 
-use super::outcome::{Outcome, shown_unit};
+use super::outcome::{Imported, shown_unit};
 
 /// Recordings that are drawn.
 const MAX_SHOWN: usize = 9;
@@ -21,17 +20,17 @@ const MAX_PANELS: usize = 40;
 /// Files that cannot be written.
 pub(super) fn write(
     folder: &Path,
-    outcome: &Outcome,
+    outcome: &Imported,
     recordings: &[Recording],
     with_png: bool,
-) -> anyhow::Result<Value> {
+) -> anyhow::Result<()> {
     register_embedded_font()?;
-    let value = write_metrics(folder, outcome)?;
+    write_metrics(folder, outcome)?;
     let about = "Every channel as it was imported, with its unit, range and rate.";
     let mut page = Page::new("Import", about, &outcome.command);
     page.paragraph(&outcome.verdict);
     page.heading("Recordings");
-    let row = |one: &super::outcome::One| {
+    let row = |one: &super::outcome::ImportedRecording| {
         vec![
             one.out.display().to_string(),
             one.episode.clone().unwrap_or_default(),
@@ -70,7 +69,7 @@ pub(super) fn write(
         page.figure(&save(folder, &over_time(&name, recording), with_png)?);
     }
     write_page(folder, page.finish(&outcome.commit))?;
-    Ok(value)
+    Ok(())
 }
 
 /// Small panels, one for each family of channels (`q_1_rad`, `q_2_rad`, …) or single channel.

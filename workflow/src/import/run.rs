@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use hysteron_arm::{ArmKnown, BadRows, CURRENTS_BY, Columns, Recorded, UnitCheck, with_arm};
 use hysteron_base::import::{self, Assembled, Request};
-use hysteron_base::{BadInput, Filter, Recording, file, json};
-use serde_json::Value;
+use hysteron_base::{BadInput, Filter, Recording, file};
 
-use super::outcome::{One, Outcome, is_of_arm, out_of, verdict};
+use super::outcome::{Imported, ImportedRecording, Outcome, Proposed, is_of_arm, out_of, verdict};
 use super::{Options, page};
 use crate::arm::{drive, file_of, meta, model};
+use crate::outcome::MetricsFormat;
 use crate::outputs::Outputs;
 use crate::{COMMIT, Caller};
 
@@ -20,7 +20,7 @@ const MAX_NAMED: usize = 24;
 ///
 /// # Errors
 /// Bad input; files that cannot be written.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     if let Some(out) = &options.propose {
         return propose(options, out, caller);
     }
@@ -59,7 +59,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         page::write(folder, &outcome, &recordings, options.png)?;
         caller.say(format!("report: {}", folder.join("report.html").display()));
     }
-    Ok(json::to_value(&outcome)?)
+    Ok(Outcome::Imported(outcome))
 }
 
 /// The recordings of an arm with what is known of it; those of a tendon robot as they are. And the number of joints.
@@ -84,11 +84,12 @@ fn checked(read: Vec<Assembled>, known: &ArmKnown, source: &Path) -> anyhow::Res
     Ok((imported, joints))
 }
 
-fn outcome(files: &[PathBuf], imported: &[Assembled], joints: usize, caller: &Caller) -> Outcome {
-    let recordings: Vec<One> = files.iter().zip(imported).map(|(path, one)| One::of(path, one)).collect();
-    let sum = |count: fn(&One) -> usize| recordings.iter().map(count).sum();
-    Outcome {
-        format: "hysteron-metrics",
+fn outcome(files: &[PathBuf], imported: &[Assembled], joints: usize, caller: &Caller) -> Imported {
+    let recordings: Vec<ImportedRecording> =
+        files.iter().zip(imported).map(|(path, one)| ImportedRecording::of(path, one)).collect();
+    let sum = |count: fn(&ImportedRecording) -> usize| recordings.iter().map(count).sum();
+    Imported {
+        format: MetricsFormat,
         version: 1,
         verdict: verdict(&recordings),
         columns: imported.first().map_or_else(String::new, |one| one.columns.clone()),
@@ -102,7 +103,7 @@ fn outcome(files: &[PathBuf], imported: &[Assembled], joints: usize, caller: &Ca
     }
 }
 
-fn say(outcome: &Outcome, imported: &[Assembled], (has_drive, out): (bool, &Path), caller: &Caller) {
+fn say(outcome: &Imported, imported: &[Assembled], (has_drive, out): (bool, &Path), caller: &Caller) {
     let say = |line: String| caller.say(&line);
     let Some(first) = imported.first() else { return };
     if let Some(flaw) = imported.iter().find_map(|one| one.first_left_out.as_ref()) {
@@ -129,7 +130,7 @@ fn say(outcome: &Outcome, imported: &[Assembled], (has_drive, out): (bool, &Path
 }
 
 /// Writes the map that the program proposes.
-fn propose(options: &Options, out: &Path, caller: &Caller) -> anyhow::Result<Value> {
+fn propose(options: &Options, out: &Path, caller: &Caller) -> anyhow::Result<Outcome> {
     let source = &options.sources[0];
     let text = import::propose_for(source)?;
     if out == Path::new("-") {
@@ -139,5 +140,5 @@ fn propose(options: &Options, out: &Path, caller: &Caller) -> anyhow::Result<Val
         file::write_bytes(out, &text)?;
         caller.say(format!("map to edit: {}", out.display()));
     }
-    Ok(json!({ "map": text, "out": out }))
+    Ok(Outcome::Proposed(Proposed { map: text, out: out.to_owned() }))
 }

@@ -7,7 +7,9 @@ use schemars::generate::SchemaSettings;
 use schemars::{Schema, SchemaGenerator};
 
 use super::Outcome;
-use crate::{arm, arm_figures, check, command, evaluate, generate, mesh, record, rig, run, target, track};
+use crate::{
+    arm, arm_figures, check, command, evaluate, generate, import, mesh, record, rig, run, target, track,
+};
 
 /// A verb and the type of its outcome.
 struct Verb {
@@ -23,7 +25,7 @@ const fn verb<T: Outcome>(names: &'static [&'static str]) -> Verb {
 }
 
 /// All verbs whose outcome has a type, in the order of the document.
-const VERBS: [Verb; 19] = [
+const VERBS: [Verb; 20] = [
     verb::<run::Outcome>(&["simulate", "reach"]),
     verb::<record::Outcome>(&["record"]),
     verb::<generate::Outcome>(&["generate"]),
@@ -33,6 +35,7 @@ const VERBS: [Verb; 19] = [
     verb::<target::Outcome>(&["target"]),
     verb::<mesh::Outcome>(&["mesh"]),
     verb::<check::Outcome>(&["check"]),
+    verb::<import::Outcome>(&["import"]),
     verb::<rig::check::Outcome>(&["rig check"]),
     verb::<rig::calibrate::Outcome>(&["rig calibrate"]),
     verb::<rig::emulate::Outcome>(&["rig emulate"]),
