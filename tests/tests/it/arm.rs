@@ -242,3 +242,22 @@ fn an_imported_recording_is_simulated_and_a_bad_one_refused() {
     let error = run(place.path(), &["import", "log.csv", "--map", "c.toml", "--out", "log.csv"]);
     assert!(error.error(2).contains("--out: expected another file than the input"), "{:?}", error.stderr);
 }
+
+#[test]
+fn an_import_reads_its_arm_with_the_options_of_a_robot_file() {
+    let place = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(place.path().join(name), text).unwrap();
+    write(
+        "floats.xml",
+        "<mujoco><worldbody><body name=\"base\"><freejoint/><geom size=\"0.1\" mass=\"1\"/><body name=\"link\">\
+         <joint name=\"hinge\" axis=\"0 1 0\"/><geom size=\"0.1\" mass=\"1\" pos=\"0 0 0.3\"/></body></body></worldbody></mujoco>",
+    );
+    let row = |k: i32| format!("{},{}\n", 0.01 * f64::from(k), (0.05 * f64::from(k)).sin());
+    write("log.csv", &format!("time_s,q_1_rad\n{}", (0..100).map(row).collect::<String>()));
+    let import = ["import", "log.csv", "--model", "floats.xml", "--out", "log.parquet"];
+    let error = run(place.path(), &import).error(2).to_owned();
+    assert!(error.contains("--fix-base"), "{error}");
+    let held = run(place.path(), &[&import[..], &["--fix-base"]].concat()).succeeded();
+    assert!(held.stdout.contains("is held at zero"), "{}", held.stdout);
+    assert!(place.path().join("log.parquet").exists());
+}

@@ -88,17 +88,6 @@ pub fn refuse_robot(path: &Path, expected: &str, hint: &str) -> Result<(), BadIn
     }
 }
 
-/// The built-in robot of that name, else the one in that file, as it stands there.
-///
-/// # Errors
-/// A robot that cannot be read.
-pub fn model(text: &str) -> anyhow::Result<Model> {
-    if is_built_in(text) {
-        return Ok(Model::builtin(text)?);
-    }
-    Ok(Model::read(Path::new(text))?)
-}
-
 fn is_built_in(text: &str) -> bool {
     let is_path = text.contains(['.', '/']) || Path::new(text).exists();
     Model::builtin_names().any(|name| name == text) || !is_path

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::arm::RobotOptions;
+
 /// Import recordings of a tendon robot or of an arm from files of other programs
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
@@ -40,6 +42,9 @@ pub struct Options {
     /// Arm whose joints these are: a file of URDF or MJCF, or a built-in name
     #[cfg_attr(feature = "clap", arg(long, value_name = "MODEL"))]
     pub model: Option<String>,
+    /// How that arm is read
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub robot_options: RobotOptions,
     /// Compute currents that the file leaves out by the voltage equation of this drive, a name or a file of TOML, which every joint has
     #[cfg_attr(feature = "clap", arg(long, value_name = "DRIVE"))]
     pub drive: Option<String>,

@@ -8,7 +8,7 @@ use hysteron_base::{BadInput, Filter, Recording, file};
 
 use super::outcome::{Imported, ImportedRecording, Outcome, Proposed, is_of_arm, out_of, verdict};
 use super::{Options, page};
-use crate::arm::{drive, file_of, meta, model};
+use crate::arm::{drive, file_of, meta};
 use crate::outcome::MetricsFormat;
 use crate::outputs::Outputs;
 use crate::{COMMIT, Caller};
@@ -27,7 +27,8 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     let Some(out) = &options.out else {
         return Err(BadInput::new("--out", "a recording to write, .csv or .parquet", "nothing").into());
     };
-    let known_model = options.model.as_deref().map(model).transpose()?;
+    let robot = |text: &str| options.robot_options.model_of_any_mass(text, caller);
+    let known_model = options.model.as_deref().map(robot).transpose()?;
     let known_drive = options.drive.as_deref().map(drive).transpose()?;
     let columns = options.map.as_deref().map(Columns::named).transpose()?;
     let known = ArmKnown {
