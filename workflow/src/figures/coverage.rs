@@ -7,7 +7,7 @@ use hysteron_control::inverse::{Axes, Workspace};
 use plotters::prelude::*;
 
 use super::tracking::square_around;
-use crate::generate::{Outcome, Row, tip_of};
+use crate::generate::{Outcome, SyntheticTrajectory, tip_of};
 use crate::inputs::Input;
 use hysteron_report::figure::{Entry, Figure, register_embedded_font, save};
 use hysteron_report::page::{Page, write_metrics, write_page};
@@ -52,7 +52,7 @@ pub fn write(folder: &Path, card: &Outcome, real: &[Input], with_png: bool) -> a
         None => page.figure(&save(folder, &Coverage::new(card, real), with_png)?),
     }
     page.heading("Trajectories");
-    page.table(&Row::HEADINGS, card.rows.iter().map(Row::cells));
+    page.table(&SyntheticTrajectory::HEADINGS, card.rows.iter().map(SyntheticTrajectory::cells));
     page.small(&format!("Scene {}.", card.scene_sha256));
     write_page(folder, page.finish(&card.commit))?;
     Ok(())

@@ -6,7 +6,7 @@ use hysteron_base::{Metadata, Recording};
 
 use super::shapes::{CommandAndTip, NamedShape};
 use crate::health::Health;
-use crate::record::{Outcome, Row};
+use crate::record::{Outcome, RecordedTrajectory};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Shaded, TimeChart, spans, without_gaps};
 use hysteron_report::page::{Page, write_metrics, write_page};
@@ -22,7 +22,7 @@ pub struct DataSet<'a> {
     /// Angles of the tendons about z [rad].
     pub angles: &'a [f64],
     /// One per trajectory.
-    pub rows: &'a [Row],
+    pub rows: &'a [RecordedTrajectory],
     /// The same, with their names.
     pub recordings: &'a [(String, Recording)],
     /// Provenance of the first.
@@ -59,7 +59,7 @@ pub fn write(folder: &Path, data: &DataSet, with_png: bool) -> anyhow::Result<Ou
         ("Tip y [mm]", y),
         ("Tip z [mm]", z),
     ]);
-    page.table(&Row::HEADINGS, data.rows.iter().map(Row::cells));
+    page.table(&RecordedTrajectory::HEADINGS, data.rows.iter().map(RecordedTrajectory::cells));
     if !outcome.shapes.is_empty() {
         page.table(&NamedShape::HEADINGS, outcome.shapes.iter().map(NamedShape::cells));
     }

@@ -197,11 +197,11 @@ mod tests {
         let figure = CommandAndTip::new(&even_angles(4), &named).unwrap();
         register_embedded_font().unwrap();
         let tiles = drawn(&figure).unwrap().tiles;
-        for ((svg, (name, _)), numbers) in tiles.iter().zip(&named).zip(figure.numbers()) {
-            assert_eq!(&numbers.name, name);
-            assert!(svg.contains(*name) && svg.contains(&line(&numbers.numbers)), "{name}");
+        for ((svg, (name, _)), (_, shape)) in tiles.iter().zip(&named).zip(&figure.shapes) {
+            assert!(svg.contains(*name) && svg.contains(&line(&shape.numbers)), "{name}");
         }
-        let circle = &figure.numbers()[2].numbers;
+        let circle = &figure.numbers()[2];
+        assert_eq!(circle.name, "circle");
         assert!(circle.diamond_ratio.unwrap() < 0.97 && circle.return_error < 0.01, "{circle:?}");
         assert!(png(&figure).unwrap().starts_with(b"\x89PNG"));
     }

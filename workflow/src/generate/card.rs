@@ -18,7 +18,7 @@ const GUESSED: f64 = 0.2;
 
 /// One trajectory.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-pub struct Row {
+pub struct SyntheticTrajectory {
     /// Its name.
     pub name: String,
     /// Family of its motion.
@@ -42,7 +42,7 @@ pub struct Row {
     pub tip: Vec<[f64; 2]>,
 }
 
-impl Row {
+impl SyntheticTrajectory {
     fn new(trajectory: &Trajectory) -> Self {
         Self {
             name: trajectory.name.clone(),
@@ -78,7 +78,7 @@ impl Row {
         Self { left_out: why, ..Self::new(trajectory) }
     }
 
-    /// Headings of [`Row::cells`].
+    /// Headings of [`SyntheticTrajectory::cells`].
     pub const HEADINGS: [&'static str; 8] = [
         "Trajectory",
         "Family",
@@ -152,7 +152,7 @@ pub struct Outcome {
     /// Samples by family.
     pub families: BTreeMap<String, usize>,
     /// One of each trajectory.
-    pub rows: Vec<Row>,
+    pub rows: Vec<SyntheticTrajectory>,
     /// The command that made this.
     pub command: String,
     /// Commit of the program.
@@ -166,7 +166,7 @@ impl Outcome {
     pub fn new(
         scene: &Scene,
         (plan, scaled): (&str, Option<Scaled>),
-        rows: Vec<Row>,
+        rows: Vec<SyntheticTrajectory>,
         real: &[Input],
         caller: &Caller,
     ) -> Self {

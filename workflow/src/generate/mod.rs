@@ -14,7 +14,7 @@ use hysteron_twin::Error;
 use hysteron_twin::Twin;
 use hysteron_twin::synthetic::{self, Drive, Recorded, Unphysical, synthesise};
 
-pub use card::{Outcome, Row, Scaled, tip_of};
+pub use card::{Outcome, Scaled, SyntheticTrajectory, tip_of};
 pub use range::CalibratedRange;
 use shard::Shard;
 use steer::Steered;
@@ -97,7 +97,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     );
     caller.listen();
     let bar = caller.progress("samples", n_samples, 0);
-    let found = parallel::try_map(&missing, |job| -> anyhow::Result<Option<Row>> {
+    let found = parallel::try_map(&missing, |job| -> anyhow::Result<Option<SyntheticTrajectory>> {
         let rate = job.trajectory.rate_hz;
         let mut go_on = || {
             bar.inc(1);
@@ -125,7 +125,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
             synthetic::Outcome::Dropped(sample, why) => {
                 let why = format!("{why} at {:.2} s", sample as f64 / rate);
                 tracing::warn!("{}: left out: {why}", job.trajectory.name);
-                Some(Row::dropped(job.trajectory, why))
+                Some(SyntheticTrajectory::dropped(job.trajectory, why))
             }
         })
     })?;
@@ -191,7 +191,7 @@ fn outputs(
 fn finish(
     options: &Options,
     (scene, plan, text, scaled): (&Scene, &str, &str, Option<Scaled>),
-    rows: Vec<Row>,
+    rows: Vec<SyntheticTrajectory>,
     real: &[inputs::Input],
     n_jobs: usize,
     caller: &Caller,
@@ -244,6 +244,7 @@ fn there(job: &Job) -> Option<Recording> {
     Recording::read(&job.out).ok().filter(is_same)
 }
 
-fn made(job: &Job, recording: Recording) -> anyhow::Result<Row> {
-    Row::made(job.trajectory, recording).map_err(|bad: BadInput| bad.within(job.out.display()).into())
+fn made(job: &Job, recording: Recording) -> anyhow::Result<SyntheticTrajectory> {
+    SyntheticTrajectory::made(job.trajectory, recording)
+        .map_err(|bad: BadInput| bad.within(job.out.display()).into())
 }

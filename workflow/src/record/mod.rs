@@ -23,7 +23,7 @@ use jobs::{Job, is_folder, split_done};
 pub use outcome::Outcome;
 use simulated::Simulation;
 use source::Source;
-pub use summary::Row;
+pub use summary::RecordedTrajectory;
 use summary::Summary;
 use tip_force::TipForce;
 

@@ -4,7 +4,7 @@ use hysteron_base::Metadata;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::summary::Row;
+use super::summary::RecordedTrajectory;
 use crate::figures::NamedShape;
 use crate::health::Health;
 use crate::outcome::MetricsFormat;
@@ -22,7 +22,7 @@ pub struct Outcome {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tip_range_m: Option<[[f64; 2]; 3]>,
     /// One entry per trajectory.
-    pub trajectories: Vec<Row>,
+    pub trajectories: Vec<RecordedTrajectory>,
     /// Command and tip over each other, of the recordings that are drawn.
     #[serde(default)]
     pub shapes: Vec<NamedShape>,
@@ -41,7 +41,7 @@ impl crate::outcome::Outcome for Outcome {}
 
 impl Outcome {
     /// The trajectories of a session; `meta` is the provenance of the first recording.
-    pub fn new(rows: &[Row], meta: &Metadata) -> Self {
+    pub fn new(rows: &[RecordedTrajectory], meta: &Metadata) -> Self {
         Self {
             format: MetricsFormat,
             version: 1,

@@ -13,7 +13,7 @@ use crate::Caller;
 
 /// One trajectory.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-pub struct Row {
+pub struct RecordedTrajectory {
     /// Name of the trajectory.
     pub name: String,
     /// Role of the recording: training, validation or test.
@@ -33,8 +33,8 @@ pub struct Row {
     order: usize,
 }
 
-impl Row {
-    /// What [`Row::cells`] shows.
+impl RecordedTrajectory {
+    /// What [`RecordedTrajectory::cells`] shows.
     pub const HEADINGS: [&'static str; 7] = [
         "Trajectory",
         "Role",
@@ -63,7 +63,7 @@ impl Row {
 /// All of them.
 #[derive(Debug, Default)]
 pub struct Summary {
-    rows: Vec<Row>,
+    rows: Vec<RecordedTrajectory>,
 }
 
 /// Whether an event is more than the course of things.
@@ -96,7 +96,7 @@ impl Summary {
         if let Some(missed) = outcome.stats.missed_cycles() {
             tracing::warn!("{}: {missed}; rows without a cycle are filled in and marked as gaps", job.name);
         }
-        self.rows.push(Row {
+        self.rows.push(RecordedTrajectory {
             name: job.name.clone(),
             role: job.role.clone(),
             rows: outcome.n_rows,
@@ -111,7 +111,7 @@ impl Summary {
 
     /// A trajectory that was there already.
     pub fn add_there(&mut self, job: &Job, recording: &Recording) {
-        self.rows.push(Row {
+        self.rows.push(RecordedTrajectory {
             name: job.name.clone(),
             role: job.role.clone(),
             rows: recording.n_samples(),
@@ -147,7 +147,7 @@ impl Summary {
     }
 
     /// The rows, for a file.
-    pub fn rows(&self) -> &[Row] {
+    pub fn rows(&self) -> &[RecordedTrajectory] {
         &self.rows
     }
 

@@ -34,7 +34,7 @@ pub use goals::Goals;
 pub use outcome::{Outcome, Run, Task};
 use residual::Residual;
 use series::Series;
-pub use summary::Summary;
+pub use summary::RunSummary;
 use trace::Trace;
 
 /// Scene and outputs, the same for every verb that makes a run.
@@ -160,7 +160,7 @@ pub fn carry_out(
         }
         None => None,
     };
-    let mut summary = Summary::default();
+    let mut summary = RunSummary::default();
     let mut farthest = (trace.len(), state.clone());
     let mut driver = match &mut residual {
         Some(residual) => Driver::Network(residual),
@@ -249,7 +249,7 @@ fn follow(
     driver: &mut Driver,
     state: &mut TwinState,
     trace: &mut Trace,
-    summary: &mut Summary,
+    summary: &mut RunSummary,
     farthest: &mut (usize, TwinState),
     mut series: Option<&mut Series>,
     caller: &Caller,

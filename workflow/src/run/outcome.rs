@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::goals::Goals;
-use super::summary::Summary;
+use super::summary::RunSummary;
 use crate::figures::{self, NamedShape};
 use crate::outcome::MetricsFormat;
 
@@ -20,7 +20,7 @@ pub struct Outcome {
     /// The robot and the size of its model.
     pub robot: RobotSize,
     /// The numbers of the run.
-    pub run: Summary,
+    pub run: RunSummary,
     /// Command and tip over each other, where the tendons bend in two directions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shapes: Vec<NamedShape>,
@@ -131,5 +131,5 @@ pub struct Run<'a> {
     /// State in which the tip was farthest from rest, and its sample.
     pub farthest: (usize, &'a TwinState),
     /// Numbers of the run.
-    pub summary: &'a Summary,
+    pub summary: &'a RunSummary,
 }

@@ -11,7 +11,7 @@ use crate::locking::RunLocking;
 
 /// Numbers of a run; written as they are into `metrics.json`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
-pub struct Summary {
+pub struct RunSummary {
     /// Samples simulated by this run; an earlier one may have done others.
     pub steps: usize,
     /// Time the steps took [s].
@@ -84,7 +84,7 @@ pub struct TendonSummary {
     pub share_at_lower_bound: f64,
 }
 
-impl Summary {
+impl RunSummary {
     /// Adds what a sample took.
     pub fn add(&mut self, report: &StepReport) {
         self.steps += 1;
