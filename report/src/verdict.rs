@@ -38,7 +38,7 @@ impl Usability {
     }
 }
 
-/// What is measured of a result to judge it. Larger is worse for all of them.
+/// Criterion that a result is measured by. Larger is worse for all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Criterion {

@@ -40,7 +40,7 @@ fn html(outcome: &Outcome, title: &str, figures: &[Drawn]) -> String {
     page.finish(&outcome.commit)
 }
 
-/// What came of a run.
+/// Results of a run.
 fn results(page: &mut Page, outcome: &Outcome) {
     let run = &outcome.run;
     page.heading("Results");
