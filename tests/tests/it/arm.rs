@@ -254,7 +254,8 @@ fn an_import_reads_its_arm_with_the_options_of_a_robot_file() {
     );
     let row = |k: i32| format!("{},{}\n", 0.01 * f64::from(k), (0.05 * f64::from(k)).sin());
     write("log.csv", &format!("time_s,q_1_rad\n{}", (0..100).map(row).collect::<String>()));
-    let import = ["import", "log.csv", "--model", "floats.xml", "--out", "log.parquet"];
+    let map = "time_s=time_s; q_1_rad=q_1_rad";
+    let import = ["import", "log.csv", "--map", map, "--model", "floats.xml", "--out", "log.parquet"];
     let error = run(place.path(), &import).error(2).to_owned();
     assert!(error.contains("--fix-base"), "{error}");
     let held = run(place.path(), &[&import[..], &["--fix-base"]].concat()).succeeded();

@@ -20,7 +20,7 @@ pub mod identify_servo;
 mod robot;
 mod run_page;
 pub mod sensing;
-mod shapes;
+pub mod shapes;
 pub mod study;
 pub mod target;
 mod tip;
@@ -38,8 +38,7 @@ use hysteron_report::series::{
     MEASURED, TARGET, TWIN, Tip, error_panel, millimetres, numbered_panels, tip_panels,
 };
 use robot::RobotPicture;
-use shapes::CommandAndTip;
-pub use shapes::NamedShape;
+use shapes::{CommandAndTip, NamedShape};
 use tip::TipPath;
 
 /// Writes all figures of a run, `report.html` and `metrics.json` to `folder`.

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::summary::RecordedTrajectory;
-use crate::figures::NamedShape;
+use crate::figures::shapes::NamedShape;
 use crate::health::Health;
 use crate::outcome::MetricsFormat;
 

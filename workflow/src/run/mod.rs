@@ -224,7 +224,7 @@ pub fn carry_out(
         farthest: (farthest.0, &farthest.1),
         summary: &summary,
     };
-    let outcome = Outcome::new(&run);
+    let outcome = Outcome::new(&run, figures::shapes_of(&run));
     if let Some(folder) = &options.figures {
         figures::write(folder, &run, &outcome, options.png)
             .with_context(|| format!("writing figures to {}", folder.display()))?;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::goals::Goals;
 use super::summary::RunSummary;
-use crate::figures::{self, NamedShape};
+use crate::figures::shapes::NamedShape;
 use crate::outcome::MetricsFormat;
 
 /// The outcome of `simulate` and of `reach`.
@@ -59,7 +59,7 @@ impl crate::outcome::Outcome for Outcome {}
 
 impl Outcome {
     /// The outcome of a run.
-    pub(super) fn new(run: &Run) -> Self {
+    pub(super) fn new(run: &Run, shapes: Vec<NamedShape>) -> Self {
         let meta = run.recording.meta();
         let summary = run.summary;
         Self {
@@ -75,7 +75,7 @@ impl Outcome {
                 auxiliary_tendons: run.twin.tendons.len() - run.twin.n_primary,
             },
             run: summary.clone(),
-            shapes: figures::shapes_of(run),
+            shapes,
             steps_per_s: summary.rate(),
             iterations_per_step: summary.iterations as f64 / summary.steps.max(1) as f64,
             source: meta.source.clone(),
