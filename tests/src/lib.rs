@@ -104,14 +104,18 @@ impl Outcome {
         self
     }
 
-    /// The one line `error: …`; fails unless the exit code is this one.
+    /// The one error, `error: …` with the indented lines below it; fails unless the exit code is this one.
     pub fn error(&self, code: i32) -> &str {
         assert_eq!(self.code, Some(code), "{}\n{}", self.stdout, self.stderr);
-        let errors: Vec<&str> = self.stderr.lines().filter(|line| line.contains("error: ")).collect();
-        let [error] = errors[..] else { panic!("not one error: {}", self.stderr) };
-        assert!(error.starts_with("error: "), "{error}");
+        let is_error = |line: &&str| line.contains("error: ");
+        assert_eq!(self.stderr.lines().filter(is_error).count(), 1, "not one error: {}", self.stderr);
         assert!(!self.stderr.contains("panicked"), "{}", self.stderr);
-        error
+        let at = self.stderr.find("error: ").unwrap_or_default();
+        assert!(at == 0 || self.stderr[..at].ends_with('\n'), "{}", self.stderr);
+        let error = &self.stderr[at..];
+        let below = error.split_inclusive('\n').skip(1).take_while(|line| line.starts_with("  "));
+        let first = error.find('\n').map_or(error.len(), |end| end + 1);
+        error[..first + below.map(str::len).sum::<usize>()].trim_end()
     }
 }
 

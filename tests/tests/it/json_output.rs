@@ -48,7 +48,7 @@ fn verbs_of_tendon_robots_print_their_metrics() {
         ("simulate scene.toml --strokes strokes.csv --out sim/tip.csv --figures sim", "sim"),
         ("reach scene.toml --goals sim/tip.csv --out reach.csv --figures reach", "reach"),
         (
-            "fit-material scene.toml sim/tip.csv --fit-file fit.toml --every-mm 2 --out fitted.toml --figures fit",
+            "fit-material scene.toml sim/tip.csv --fit-file fit.toml --every-mm 0.2 --out fitted.toml --figures fit",
             "fit",
         ),
         ("identify scene-coreact.toml sim/tip.csv --rounds 1 --out identified", "identified"),

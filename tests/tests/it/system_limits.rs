@@ -30,10 +30,17 @@ fn a_file_that_must_not_grow_is_an_error_and_leaves_nothing() {
     let place = Workplace::new();
     place.write_circle("strokes.csv", 200);
     place.simulate("strokes.csv", "tip.csv").succeeded();
+    // Half as fast as the rig may go, and back.
+    let slow = |k: i32| {
+        let stroke = 0.05 * f64::from(k.min(100 - k));
+        format!("{:.2},{stroke:.4},0,{:.4},0\n", 0.01 * f64::from(k), -stroke)
+    };
+    let rows: String = (0..=100).map(slow).collect();
+    place.write("slow.csv", format!("time_s,stroke_1_mm,stroke_2_mm,stroke_3_mm,stroke_4_mm\n{rows}"));
     for line in [
         "simulate scene.toml --strokes strokes.csv --out out.csv",
         "simulate scene.toml --strokes strokes.csv --out out.parquet",
-        "record --rig virtual:typical --strokes strokes.csv --out out.parquet",
+        "record --rig virtual:typical --strokes slow.csv --out out.parquet",
         "target circle:40 --out out.csv",
         "mesh --length-mm 80 --outer-diameter-mm 8 --edge-mm 2 --out out.msh",
         "import tip.csv --map time_s=time_s;tip_x_mm=tip_x_mm;tip_y_mm=tip_y_mm --out out.csv",
