@@ -13,11 +13,12 @@ use hysteron_control::path::is_untimed;
 use hysteron_control::tracking::{Origin, Part, Tracked, score};
 
 use crate::Caller;
-use crate::figures::{self, tracking::Shown};
+use crate::figures;
 use crate::inputs::{self, Input};
 use crate::outputs::Outputs;
 use crate::recording_checks;
 pub use outcome::{ComparedResult, Outcome, RecordingScore, TargetSummary};
+pub(crate) use table::ScoredRecordings;
 pub use table::{Commanded, METRICS, Metric, Row, cells, headings, results};
 
 /// Measure how closely recorded tips followed a target path
@@ -84,7 +85,7 @@ pub fn run_commanded(
     for (name, inputs) in results {
         rows.extend(result(name, self::rows(&target, inputs, part, origin)?));
     }
-    let shown = Shown { target: &target, rows: &rows, commanded, findings: &findings };
+    let shown = ScoredRecordings { target: &target, rows: &rows, commanded, findings: &findings };
     let outcome = Outcome::new(&shown, caller);
     if let Some(folder) = &options.out {
         figures::tracking::write(folder, &shown, &outcome, options.png)?;

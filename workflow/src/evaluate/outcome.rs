@@ -9,8 +9,7 @@ use hysteron_report::verdict::{Criterion, Verdict};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::table::{Commanded, METRICS, Row, results};
-use crate::figures::tracking::Shown;
+use super::table::{Commanded, METRICS, Row, ScoredRecordings, results};
 use crate::health::Health;
 use crate::outcome::MetricsFormat;
 use crate::{COMMIT, Caller};
@@ -101,8 +100,8 @@ impl crate::outcome::Outcome for Outcome {
 
 impl Outcome {
     /// Of recordings that were scored.
-    pub(crate) fn new(shown: &Shown, caller: &Caller) -> Self {
-        let Shown { target, rows, commanded, findings } = *shown;
+    pub(crate) fn new(shown: &ScoredRecordings, caller: &Caller) -> Self {
+        let ScoredRecordings { target, rows, commanded, findings } = *shown;
         let compared = results(rows).filter_map(|rows| {
             let name = rows[0].result.clone()?;
             Some(ComparedResult { name, repeats: rows.len(), repeatability: repeatability(rows) })

@@ -1,11 +1,13 @@
 //! The numbers of recordings that followed a target, and their table.
 
 use hysteron_base::Recording;
+use hysteron_control::TargetPath;
 use hysteron_control::tracking::{Repeatability, Tracked, TrackingScore, repeatability};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::health::Health;
+use crate::recording_checks::Findings;
 
 /// One recording and its score.
 #[derive(Debug, Clone)]
@@ -127,4 +129,17 @@ impl Commanded {
         };
         Self { extrapolating: part("extrapolating"), limited: part("limited"), health: None }
     }
+}
+
+/// Recordings of a target with their scores, and all that is reported with them.
+#[derive(Clone, Copy)]
+pub(crate) struct ScoredRecordings<'a> {
+    /// Target path.
+    pub target: &'a TargetPath,
+    /// Metrics of each recording.
+    pub rows: &'a [Row],
+    /// Metadata of commanded strokes, if they were.
+    pub commanded: Option<&'a Commanded>,
+    /// Warnings about the recordings.
+    pub findings: &'a Findings,
 }

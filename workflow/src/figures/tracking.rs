@@ -6,8 +6,7 @@ use hysteron_control::TargetPath;
 use hysteron_control::tracking::{Timed, errors};
 use plotters::prelude::*;
 
-use crate::evaluate::{Commanded, Outcome, Row, cells, headings};
-use crate::recording_checks::Findings;
+use crate::evaluate::{Commanded, Outcome, Row, ScoredRecordings, cells, headings};
 use hysteron_report::figure::{Drawn, Figure, register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
@@ -29,23 +28,15 @@ const MOST_CURVES: usize = 5;
 /// Colours that can be distinguished along a path.
 const SHADES: f64 = 24.0;
 
-/// Content of the report.
-#[derive(Clone, Copy)]
-pub(crate) struct Shown<'a> {
-    /// Target path.
-    pub target: &'a TargetPath,
-    /// Metrics of each recording.
-    pub rows: &'a [Row],
-    /// Metadata of commanded strokes, if they were.
-    pub commanded: Option<&'a Commanded>,
-    /// Warnings about the recordings.
-    pub findings: &'a Findings,
-}
-
 /// Writes the figure, `report.html` and `metrics.json` to `folder`.
-pub(crate) fn write(folder: &Path, shown: &Shown, outcome: &Outcome, with_png: bool) -> anyhow::Result<()> {
+pub(crate) fn write(
+    folder: &Path,
+    shown: &ScoredRecordings,
+    outcome: &Outcome,
+    with_png: bool,
+) -> anyhow::Result<()> {
     register_embedded_font()?;
-    let Shown { target, rows, commanded, findings } = *shown;
+    let ScoredRecordings { target, rows, commanded, findings } = *shown;
     write_metrics(folder, outcome)?;
     let figure = save(folder, &Overlay::new(target, rows), with_png)?;
     let about = "How closely the tip followed the target, in the plane (x, y). RMSE and NRMSE by nearest points, averaged \
