@@ -1,5 +1,5 @@
-//! What faults of a joint leave in its telemetry: the same motions of the virtual arm, with the same scatter of its sensors, with and
-//! without the fault.
+//! Traces of joint faults in the arm's telemetry: the same motions of the virtual arm, with the same sensor
+//! noise, with and without the fault.
 //!
 //! `cargo run --release -p hysteron-rig --example fault_traces`
 #![allow(clippy::print_stdout)] // a program that prints
@@ -15,7 +15,7 @@ const MOVES: f64 = 0.05;
 /// count as one.
 const UNEXPLAINED: (f64, f64) = (0.035, 16.0);
 
-/// What a fault changes along a trajectory.
+/// Changes that a fault causes along a trajectory.
 struct Trace {
     kind: &'static str,
     /// Root mean square of the motor's torque, while the joint moves [N m].

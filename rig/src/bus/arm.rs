@@ -1,4 +1,5 @@
-//! What arms ask of their servos: the leader's positions; all that a follower's servo measures, and whether it still holds.
+//! Registers that arms read of their servos: positions of the leader; all measurements and the torque state
+//! of the follower.
 //!
 //! Both stand side by side in every control table, so that no indirect addresses are needed, which not all servos have alike.
 
@@ -11,7 +12,7 @@ const MEASURED_BYTES: usize = 23;
 /// From the torque switch to the hardware errors.
 const STATUS_BYTES: usize = 7;
 
-/// What a follower's servo measures.
+/// Measurements of one servo of the follower.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmServoSample {
     /// Part of the supply voltage on the motor, -1 to 1 [-].
@@ -38,7 +39,7 @@ pub struct ServoStatus {
 }
 
 impl ArmServoSample {
-    /// What its model says of the motor: its current [A], or its load, of the stall torque [-].
+    /// Effort of the motor, by its model: current [A], or load as a fraction of the stall torque [-].
     pub fn effort(&self, model: &ServoModel) -> f64 {
         let unit = match model.effort {
             Effort::Current(unit) => unit,

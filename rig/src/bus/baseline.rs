@@ -10,25 +10,26 @@ use std::collections::BTreeMap;
 /// Bytes of one read of the control table.
 const READ_BYTES: u16 = 64;
 
-/// What the stored registers of servos are compared with.
+/// Reference with which the stored registers of servos are compared.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum RegisterBaseline {
     /// The factory's values.
     #[default]
     Factory,
-    /// What a file knows of every servo, in the order of the bus; what it does not know is compared with the factory's.
+    /// Known stored registers of every servo, in the order of the bus; a register that is not known is
+    /// compared with the factory's value.
     Known {
         /// Whose knowledge it is, for people.
         of: String,
         /// One per servo.
         servos: Vec<StoredRegisters>,
     },
-    /// What the servos hold is accounted for, because they are being calibrated with it.
+    /// The values in the servos are accepted as they are, because the servos are being calibrated with them.
     AsFound,
 }
 
 impl RegisterBaseline {
-    /// What servo `k` of the bus is expected to hold; `None` for whatever it holds.
+    /// Expected stored registers of servo `k` of the bus; `None` where any value is accepted.
     fn expected(&self, k: usize, model: &ServoModel) -> Option<StoredRegisters> {
         let factory = StoredRegisters::factory(model);
         match self {
@@ -58,11 +59,11 @@ pub struct RegisterDifference {
     pub servo: u8,
     /// Which register.
     pub spec: &'static RegisterSpec,
-    /// What was expected; what a banned value is expected to be replaced by.
+    /// Expected value; for a banned value, the one that is expected to replace it.
     pub expected: i64,
-    /// What it holds.
+    /// Value found in the register.
     pub found: i64,
-    /// What that does.
+    /// Effect of the difference.
     pub effect: String,
 }
 
@@ -187,7 +188,7 @@ impl ServoBus {
         lines
     }
 
-    /// What a register of a servo is given before a run, if it is.
+    /// Value written to a register of a servo before a run; `None` if none is written.
     pub(super) fn wanted(&self, servo: &Examined, spec: &RegisterSpec) -> Option<i64> {
         let limit = TABLE.iter().find(|spec| spec.register == xl430::PWM_LIMIT);
         let pwm = limit.and_then(|limit| servo.image.value(limit)).unwrap_or(i64::from(xl430::PWM_MAX));

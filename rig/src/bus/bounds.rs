@@ -21,7 +21,7 @@ impl ServoBounds {
         Self { voltage_min, voltage_max, temperature_max: f64::from(model.temperature) }
     }
 
-    /// What is out of bounds, as expected and found.
+    /// Violated bound, as expected and found; `None` if all are kept.
     pub fn violation(&self, voltage: f64, temperature: f64) -> Option<String> {
         if temperature > self.temperature_max {
             let most = self.temperature_max;

@@ -9,7 +9,7 @@ use super::{Patience, ServoBounds, ServoBus, xl430};
 use crate::{Error, Result};
 use serde::Serialize;
 
-/// What a servo says of itself.
+/// Self-description of a servo, as read from its registers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ServoReport {
     /// Id on the bus.
@@ -169,7 +169,8 @@ impl ServoBus {
     }
 }
 
-/// What is wrong with a servo. A mode other than the rig's is set before a run, so it is none.
+/// Deviations of a servo from its expected state. A mode other than the rig's is set before a run, so it is
+/// none.
 fn deviations(found: &ServoReport, wanted: &ServoModel, bounds: &ServoBounds) -> Vec<String> {
     let id = found.id;
     let mut wrong = Vec::new();

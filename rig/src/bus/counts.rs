@@ -1,4 +1,4 @@
-//! What the bus went through: nothing is retried in silence.
+//! Counts of the bus traffic and its errors: every retry is counted.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

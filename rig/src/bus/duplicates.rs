@@ -18,7 +18,7 @@ const MOST_DAMAGED: usize = 4;
 /// Beyond the usual time of an answer: who is there is asked once, of a computer that may be busy.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// What came back when a servo was asked for what it alone can say.
+/// Kind of answer to a question that only one servo should answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Presence {
     /// One answer, whole.
@@ -65,7 +65,7 @@ impl ServoBus {
         })
     }
 
-    /// What is wrong with who answers to each id, as far as it is more than silence: one line each.
+    /// Faults in the answers to each id, other than silence: one line each.
     pub(super) fn describe_duplicates(&self, found: &[(u8, Presence)]) -> Vec<String> {
         let is_damaged = |(_, presence): &&(u8, Presence)| *presence == Presence::Damaged;
         let n_damaged = found.iter().filter(is_damaged).count();

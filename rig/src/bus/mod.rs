@@ -35,7 +35,7 @@ pub use torque_state::{ServoTorque, TorqueState, describe_torques};
 use wire::{BROADCAST, Failure, INSTRUCTION_BYTES, STATUS_BYTES, Wire, instruction, range};
 use xl430::Register;
 
-/// What the indirect addresses put together, in this order.
+/// Registers that the indirect addresses map into one block, in this order.
 const BLOCK: [Register; 5] = [
     xl430::TORQUE_ENABLE,
     xl430::HARDWARE_ERROR,
@@ -75,7 +75,7 @@ pub struct ServoBus {
     events: Vec<Event>,
     clock: Instant,
     scratch: Vec<u8>,
-    /// What the last self-check read of every servo; empty before.
+    /// Registers that the last self-check read of every servo; empty before.
     examined: Vec<Examined>,
     /// Whether that is what it should be: without it no torque goes on.
     is_accepted: bool,

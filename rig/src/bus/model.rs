@@ -2,7 +2,7 @@
 
 use hysteron_base::BadInput;
 
-/// What the register at address 126 shows.
+/// Quantity in the register at address 126.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Effort {
     /// The load, in thousandths of the stall torque, as the servo estimates it from its PWM.
@@ -16,9 +16,9 @@ pub enum Effort {
 pub struct ServoModel {
     /// As the manual and arm files call it.
     pub name: &'static str,
-    /// What its register of the model number says.
+    /// Model number in its register.
     pub number: u16,
-    /// What it says of its motor.
+    /// Effort that it reports of its motor.
     pub effort: Effort,
     /// Least and largest supply voltage from the factory [0.1 V].
     pub voltage: [u8; 2],

@@ -6,7 +6,7 @@
 //! instruction, parameters, CRC-16. After `FF FF FD` inside the instruction and its parameters another `FD` is
 //! stuffed, so the header appears nowhere else.
 
-/// What opens a packet.
+/// Header of a packet.
 const HEADER: [u8; 4] = [0xff, 0xff, 0xfd, 0x00];
 /// Bytes before those that the length counts: header, id, length.
 const PREFIX: usize = 7;
@@ -17,7 +17,7 @@ pub(crate) const BROADCAST: u8 = 0xfe;
 /// Instruction number of answers.
 pub(crate) const STATUS: u8 = 0x55;
 
-/// What the decoder found.
+/// Item that the decoder found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Decoded {
     /// A whole packet.

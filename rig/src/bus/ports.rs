@@ -18,14 +18,14 @@ pub struct PortInfo {
     pub path: PathBuf,
     /// Name of the converter, if it is one that is known to speak to servos.
     pub converter: Option<&'static str>,
-    /// What USB says about it; empty for others.
+    /// Description from USB; empty for other ports.
     pub description: String,
     /// How long the kernel keeps its bytes back [ms], where it says so.
     pub latency_ms: Option<u32>,
 }
 
 impl PortInfo {
-    /// What should be changed about it, if anything.
+    /// Recommended change of its settings; `None` if none is needed.
     pub fn advice(&self) -> Option<String> {
         let latency = self.latency_ms.filter(|latency| *latency > LATENCY_MAX_MS)?;
         let name = self.path.file_name()?.to_string_lossy();
@@ -101,7 +101,7 @@ pub fn find_port(named: &Path) -> Result<PathBuf> {
     }
 }
 
-/// What to try if a port does not open.
+/// Hint for a port that does not open.
 pub(super) fn hint(error: &std::io::Error) -> &'static str {
     match error.kind() {
         std::io::ErrorKind::NotFound => {

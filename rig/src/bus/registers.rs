@@ -10,7 +10,7 @@ use hysteron_base::BadInput;
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 
-/// What is asked of a register before torque goes on.
+/// Role of a register in the checks before torque goes on.
 #[derive(Debug, Clone, Copy)]
 pub enum Role {
     /// Says which servo it is and how it is reached: the search on the bus depends on it.
@@ -50,9 +50,9 @@ pub struct RegisterSpec {
     pub register: Register,
     /// As the manual calls it.
     pub name: &'static str,
-    /// What is asked of it.
+    /// Role in the checks before torque goes on.
     pub role: Role,
-    /// What another value does.
+    /// Effect of another value.
     pub effect: &'static str,
 }
 
@@ -234,7 +234,7 @@ impl RegisterSpec {
         !matches!(self.role, Role::Measured | Role::Identity) && self.register != xl430::FIRMWARE
     }
 
-    /// What it must hold before a run; `None` if it is not set before a run.
+    /// Required value before a run; `None` if it is not set before a run.
     pub fn setting(&self, config: &ServoConfig, model: &ServoModel, pwm_limit: i64) -> Option<i64> {
         let Role::Set(setting) = self.role else { return None };
         Some(match setting {
@@ -265,7 +265,7 @@ impl RegisterSpec {
         }
     }
 
-    /// What it does that the register holds `found` where `expected` was meant.
+    /// Consequence of the register holding `found` instead of `expected`.
     pub fn consequence(&self, expected: i64, found: i64) -> String {
         match self.register {
             xl430::HOMING_OFFSET => {
@@ -308,13 +308,13 @@ impl RegisterImage {
     /// Bytes that are read: up to the goals.
     pub const LEN: u16 = 120;
 
-    /// What a register holds; `None` beyond what was read.
+    /// Value of a register; `None` beyond what was read.
     pub fn value(&self, spec: &RegisterSpec) -> Option<i64> {
         let first = usize::from(spec.register.address);
         self.0.get(first..first + usize::from(spec.register.size)).map(|bytes| spec.value(bytes))
     }
 
-    /// What the registers hold that a calibration of such a servo stores.
+    /// Values of the registers that a calibration of such a servo stores.
     pub fn stored(&self, model: &ServoModel) -> StoredRegisters {
         let of_model = stored().filter(|(spec, _)| spec.is_of(model));
         StoredRegisters(
@@ -323,7 +323,7 @@ impl RegisterImage {
     }
 }
 
-/// What the registers of a servo hold that a calibration stores, by address; empty where they are not known.
+/// Register values of a servo that a calibration stores, by address; empty where they are not known.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct StoredRegisters(BTreeMap<u16, i64>);
 
@@ -362,7 +362,7 @@ impl StoredRegisters {
         stored().filter_map(|(spec, _)| Some((spec.key(), self.value(spec)?))).collect()
     }
 
-    /// What a register holds, if that is known.
+    /// Value of a register; `None` if it is not known.
     pub fn value(&self, spec: &RegisterSpec) -> Option<i64> {
         self.0.get(&spec.register.address).copied()
     }

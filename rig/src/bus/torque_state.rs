@@ -1,6 +1,6 @@
-//! What is known of the torque of servos that were told to be off.
+//! Known torque state of servos that were commanded to be off.
 
-/// What is known of a servo's torque after it was told to be off.
+/// Torque state of a servo after it was commanded to be off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TorqueState {
     /// The servo has confirmed that it is off.
@@ -16,7 +16,7 @@ pub enum TorqueState {
 pub struct ServoTorque {
     /// Its id.
     pub servo: u8,
-    /// What is known.
+    /// Its torque state.
     pub state: TorqueState,
 }
 

@@ -32,7 +32,7 @@ const NO_SECOND: Duration = Duration::from_millis(4);
 /// Set in the error byte of a servo with a hardware error.
 const ALERT: u8 = 0x80;
 
-/// What an attempt came to.
+/// Failure of one attempt at a transfer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Failure {
     /// Nothing in time.
@@ -77,7 +77,7 @@ pub struct Answer<'a> {
     pub id: u8,
     /// Whether it has a hardware error.
     pub alert: bool,
-    /// What it said.
+    /// Parameters of the answer.
     pub parameters: &'a [u8],
 }
 

@@ -16,7 +16,7 @@ use crate::{Error, Result};
 pub use procedure::calibrate;
 use std::f64::consts::TAU;
 
-/// What a calibration found.
+/// Result of a calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
     /// When, as RFC 3339 in UTC.
@@ -29,8 +29,8 @@ pub struct Calibration {
     pub registration: Option<Registration>,
     /// RMS angle that the registration leaves [rad].
     pub registration_residual: f64,
-    /// What the registers of each servo held, in the order of the channels; empty for a calibration that knows nothing
-    /// of registers: one from before they were stored, or of a simulated rig, which has none.
+    /// Stored register values of each servo, in the order of the channels; empty for a calibration without
+    /// registers: one from before they were stored, or of a simulated rig, which has none.
     pub registers: Vec<StoredRegisters>,
 }
 
@@ -113,8 +113,8 @@ impl Calibration {
         )))
     }
 
-    /// What the servos' registers are compared with before they are driven with this calibration: what it stored, or
-    /// the factory's values if it knows nothing of registers.
+    /// Reference with which the servos' registers are compared before they are driven with this calibration:
+    /// the stored values, or the factory's values if it has none.
     pub fn register_baseline(&self) -> RegisterBaseline {
         if self.registers.is_empty() {
             return RegisterBaseline::Factory;

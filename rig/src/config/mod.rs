@@ -65,7 +65,7 @@ pub struct RigConfig {
     pub tendons: Vec<TendonConfig>,
     /// The tracker, if there is one.
     pub tracker: Option<TrackerConfig>,
-    /// What must not be passed.
+    /// Safety limits.
     pub limits: Limits,
     /// How it moves before and after a run.
     pub motion: Motion,
@@ -163,7 +163,7 @@ pub enum TrackerSource {
     Replay(PathBuf),
 }
 
-/// What must not be passed.
+/// Safety limits of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     /// Smallest stroke [m].
@@ -196,11 +196,11 @@ pub struct Limits {
 pub struct Motion {
     /// Speed of strokes on the way to the start and back to rest [m/s].
     pub slew: f64,
-    /// What happens to the torque at the end, however the end comes.
+    /// Torque at the end of a run, for whatever reason it ends.
     pub at_end: AtEnd,
 }
 
-/// What happens to the torque at the end of a run.
+/// State of the torque at the end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AtEnd {
@@ -269,12 +269,12 @@ impl RigConfig {
         self.tendons.iter().map(|tendon| tendon.servo_id).collect()
     }
 
-    /// What each servo should be, in the order of the tendons.
+    /// Expected model and bounds of each servo, in the order of the tendons.
     pub fn servo_bounds(&self) -> Vec<(&'static ServoModel, ServoBounds)> {
         vec![(&XL430_W250, self.limits.servo_bounds()); self.tendons.len()]
     }
 
-    /// What no key alone can tell.
+    /// Check of the keys against each other.
     fn check_together(&self) -> Check<()> {
         if self.motion.slew > self.limits.stroke_rate_max {
             return Err(BadInput::new(
