@@ -1,4 +1,4 @@
-//! What can go wrong on a rig.
+//! Errors of a rig.
 
 use crate::bus::{ServoTorque, describe_torques};
 use hysteron_base::BadInput;
@@ -33,7 +33,7 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// What is wrong, for a message that says itself that it is about the bus.
+    /// Reason alone, for a message that already says that it is about the bus.
     pub(crate) fn reason(self) -> String {
         match self {
             Self::Bus(why) => why,

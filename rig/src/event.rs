@@ -1,4 +1,4 @@
-//! What happened during a run, one line each: the log that every recording has beside it.
+//! Events of a run, one line each: the log that stands next to every recording.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 pub struct Event {
     /// When, on the rig's clock [s].
     pub time_s: f64,
-    /// What kind.
+    /// Kind of the event.
     pub kind: EventKind,
     /// Servo it concerns, by its id on the bus.
     #[serde(default, skip_serializing_if = "Option::is_none")]

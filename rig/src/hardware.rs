@@ -4,7 +4,7 @@
 use crate::bus::{BusCounts, ServoReport};
 use crate::{Event, Pose, Result};
 
-/// What one cycle reads from one servo.
+/// Reading of one servo in one cycle.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ServoSample {
     /// Position of the output [ticks].
@@ -19,7 +19,7 @@ pub struct ServoSample {
     pub hardware_error: u8,
 }
 
-/// What is read at a lower rate from one servo.
+/// Reading of one servo at a lower rate.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SlowSample {
     /// Supply voltage [V].
@@ -84,7 +84,7 @@ pub trait Hardware {
     fn take_poses(&mut self, poses: &mut Vec<Pose>);
     /// Appends what went wrong since the last call, on the rig's clock: one event each.
     fn take_events(&mut self, events: &mut Vec<Event>);
-    /// What the bus went through.
+    /// Counts of the bus traffic and its errors.
     fn counts(&self) -> BusCounts;
     /// Processor time that this process has used [s], where that is of interest: in real time.
     fn processor_time(&self) -> Option<f64>;

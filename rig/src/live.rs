@@ -42,7 +42,7 @@ pub struct LiveRig {
     tracker: Option<Tracker>,
     rig: RigConfig,
     clock: Instant,
-    /// What the servos' registers are compared with.
+    /// Reference with which the servos' registers are compared.
     registers: RegisterBaseline,
 }
 

@@ -1,4 +1,4 @@
-//! What must never be passed, checked in every cycle.
+//! Safety limits, checked in every cycle.
 //!
 //! A limit that is passed ends the run. Whether the robot first goes back to rest or the torque goes off at once depends on the
 //! limit: with a load, heat or supply out of bounds, moving on is no cure.
@@ -63,7 +63,8 @@ impl Limits {
         Ok(())
     }
 
-    /// What the servos report, with the strokes that their positions mean and those they were told [m].
+    /// Checks the reports of the servos, the strokes of their positions and the commanded strokes [m] against
+    /// the limits.
     ///
     /// # Errors
     /// The first that is out of bounds.

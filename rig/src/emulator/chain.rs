@@ -278,7 +278,7 @@ impl Chain {
     }
 }
 
-/// What the host sees of answers of which several are sent at once: of servos with one id. A byte takes `byte_time` [s].
+/// Answers as the host sees them when servos with one id send at the same time. A byte takes `byte_time` [s].
 pub(super) fn overlaid(answers: Vec<Answer>, byte_time: f64) -> Vec<Answer> {
     let mut seen: Vec<Answer> = Vec::with_capacity(answers.len());
     for answer in answers {
@@ -314,7 +314,7 @@ fn word(bytes: &[u8], at: usize) -> u16 {
     u16::from_le_bytes([bytes[at], bytes[at + 1]])
 }
 
-/// What a sync read asks for; `None` if its parameters make no sense.
+/// Parts that a sync read requests; `None` if its parameters are invalid.
 fn sync_parts(parameters: &[u8]) -> Option<Vec<Part>> {
     let (head, ids) = parameters.split_at_checked(4)?;
     Some(ids.iter().map(|&id| (id, word(head, 0), word(head, 2))).collect())

@@ -29,7 +29,7 @@ const LONGEST: f64 = 31_536_000.0;
 /// Most packets that one fault may concern.
 const MOST_PACKETS: u32 = 1_000_000;
 
-/// What can break.
+/// Kind of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
@@ -148,7 +148,7 @@ impl FaultKind {
 pub struct Fault {
     /// When [s], on the clock of the virtual rig.
     pub at_s: f64,
-    /// What.
+    /// Kind of the fault.
     pub kind: FaultKind,
     /// Id of the servo that it concerns.
     #[serde(default, skip_serializing_if = "Option::is_none")]

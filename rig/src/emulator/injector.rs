@@ -30,7 +30,7 @@ struct Active {
     left: u32,
 }
 
-/// What an answer suffers on its way.
+/// Damage to an answer on its way to the host.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Damage {
     pub is_dropped: bool,
@@ -177,7 +177,7 @@ impl Injector {
         });
     }
 
-    /// What happens to an answer of this servo.
+    /// Damage to the next answer of this servo.
     pub fn damage(&mut self, servo: u8, time: f64, record: &mut Recorder) -> Damage {
         let concerns = |fault: &Fault| fault.servo.is_none_or(|id| id == servo);
         let delay = self.use_up(FaultKind::DelayPacket, time, record, concerns);

@@ -51,7 +51,7 @@ pub struct Options {
     pub timing: Timing,
     /// Longest time that the world stands still without traffic.
     pub tick: Duration,
-    /// What breaks, and when.
+    /// Faults to inject, with their times.
     pub faults: Faults,
     /// Seed of damaged bits and noise.
     pub seed: u64,
@@ -76,7 +76,7 @@ impl Options {
     }
 }
 
-/// What the thread of the emulator and its owner share.
+/// State shared by the thread of the emulator and its owner.
 #[derive(Debug)]
 struct Shared<W> {
     world: Arc<Mutex<W>>,
@@ -150,7 +150,7 @@ impl<W: ServoWorld + 'static> Emulator<W> {
         self.shared.record().torques.clone()
     }
 
-    /// What has passed over the bus.
+    /// Counts of the bus traffic so far.
     pub fn counts(&self) -> Counts {
         self.shared.record().counts
     }

@@ -17,14 +17,14 @@ const ELSEWHERE: f64 = 0.1;
 /// The clock that stamps the poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeviceClock {
-    /// What it shows at time 0 of the world [s]; at least 0.
+    /// Reading at time 0 of the world [s]; at least 0.
     pub offset: f64,
     /// How much faster it runs [-].
     pub drift: f64,
 }
 
 impl DeviceClock {
-    /// What it shows at a time of the world [s].
+    /// Reading of the clock [s] at a time of the world [s].
     pub fn show(&self, time: f64) -> f64 {
         self.offset + (1.0 + self.drift) * time
     }
@@ -43,7 +43,7 @@ pub enum Format {
     Tools,
 }
 
-/// What is served, and where.
+/// Settings of the pose server.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PoseServerSettings {
     /// Port on this machine; 0 for any that is free.
@@ -56,7 +56,7 @@ pub struct PoseServerSettings {
     pub format: Format,
 }
 
-/// What is broken.
+/// Active faults of the pose server.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PoseFaults {
     /// All connections break, and none can be made.

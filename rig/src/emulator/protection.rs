@@ -8,7 +8,7 @@ const HIGH_LOAD: f64 = 0.9;
 /// How long it bears that [s]. The manual gives neither number; both are of the order that servos show.
 const BEARABLE_TIME: f64 = 1.5;
 
-/// What a servo looks at.
+/// Inputs of a servo's protection.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Readings {
     /// Now [s].
@@ -21,7 +21,7 @@ pub(super) struct Readings {
     pub voltage: f64,
 }
 
-/// What a servo remembers of its troubles since power-on.
+/// State of a servo's protection since power-on.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Protection {
     /// Since when the load has been high [s].

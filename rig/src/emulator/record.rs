@@ -1,5 +1,5 @@
-//! What the emulator remembers of itself, so that a test or a person can check a driver against it: counts, faults
-//! with their times, and which servos were under torque when.
+//! Record of the emulator, against which a test or a person can check a driver: counts, faults with their
+//! times, and which servos were under torque when.
 
 use hysteron_base::json;
 use std::fs::File;

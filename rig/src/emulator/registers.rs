@@ -1,4 +1,4 @@
-//! What may stand in each register: who may write it, when, from where to where, and what the factory put there.
+//! Allowed values of each register: who may write it, when, in which range, and its factory value.
 //!
 //! Source: ROBOTIS e-Manual, XL430-W250, "Control Table", and what [`ServoModel`] says of the others. Narrower than the manual
 //! where the worlds cannot follow: only the two position modes and this protocol; and servos without a full loop keep to

@@ -31,17 +31,17 @@ enum Power {
 /// One emulated servo.
 #[derive(Debug)]
 pub(super) struct Servo {
-    /// What is in its registers.
+    /// Control table: the values of its registers.
     pub table: Table,
     /// Its number in the world.
     k: usize,
-    /// What it would read at angle 0 with no turns counted [ticks].
+    /// Position reading at angle 0 with no turns counted [ticks].
     mount: i32,
     /// Whole turns that it has forgotten [ticks].
     forgotten: i32,
     power: Power,
     protection: Protection,
-    /// What a reg write left for the action.
+    /// Address and data of a reg write that waits for the action.
     registered: Option<(u16, Vec<u8>)>,
     /// When an instruction last came [s].
     heard_at: f64,
@@ -366,7 +366,7 @@ impl Servo {
         (speed, if rising == 0.0 { 0.0 } else { speed / (1e-3 * rising) })
     }
 
-    /// What it reads at an angle [rad] of the world [ticks].
+    /// Position reading [ticks] at an angle of the world [rad].
     fn position_of(&self, angle: f64) -> i32 {
         self.direction() * (ticks(angle) + self.mount - self.forgotten) + self.offset()
     }

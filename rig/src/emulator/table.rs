@@ -50,12 +50,12 @@ impl Table {
         table
     }
 
-    /// What a loss of power does.
+    /// Resets the RAM registers, as a loss of power does.
     pub fn reset_ram(&mut self) {
         self.reset(|spec| spec.access != Access::Eeprom);
     }
 
-    /// What a factory reset does, except for these registers.
+    /// Resets all registers but these, as a factory reset does.
     pub fn reset_all_but(&mut self, kept: &[Register]) {
         self.reset(|spec| !kept.contains(&spec.register));
     }
@@ -125,7 +125,7 @@ impl Table {
         Ok(values.into_iter().map(|(register, _)| register).collect())
     }
 
-    /// What [`Table::write`] would write, register by register.
+    /// Values that [`Table::write`] would write, register by register.
     ///
     /// # Errors
     /// As [`Table::write`].

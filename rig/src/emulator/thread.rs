@@ -55,7 +55,7 @@ pub(super) fn chain(world: &mut dyn ServoWorld, options: &Options) -> Result<Cha
     Ok(Chain { hears: vec![true; servos.len()], servos })
 }
 
-/// What has come over the bus since the last look.
+/// Traffic on the bus since the last poll.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Heard {
     Silence,

@@ -1,10 +1,10 @@
-//! What the emulated servos are attached to.
+//! Interface of the world that the emulated servos are attached to.
 
 use crate::bus::model::{ServoModel, XL430_W250};
 use crate::virtual_rig::World;
 use hysteron_actuator::ServoCommand;
 
-/// What a servo does, as it would report it.
+/// State of a servo, as it would report it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ServoReadings {
     /// Angle of the output [rad].
@@ -34,11 +34,11 @@ pub trait ServoWorld: Send + std::fmt::Debug {
     fn advance(&mut self, dt: f64);
     /// Number of servos.
     fn n_servos(&self) -> usize;
-    /// What servo `k` does.
+    /// Readings of servo `k`.
     fn servo(&self, k: usize) -> ServoReadings;
     /// Load of servo `k`, -1 to 1 of its stall torque, positive towards positive angles [-].
     fn load(&self, k: usize) -> f64;
-    /// What its model shows of its motor: the load [-], or the current [A].
+    /// Effort of the motor of servo `k`, by its model: load [-] or current [A].
     fn effort(&self, k: usize) -> f64;
     /// Tells servo `k` what to do until it is told otherwise.
     fn command(&mut self, k: usize, command: &ServoCommand);

@@ -13,7 +13,7 @@ const AHEAD: f64 = 3.0;
 /// At full speed both ways the load of the preset's servos swings by three per cent either way.
 const BAND: f64 = 0.03;
 
-/// What is known of the load of one tendon.
+/// Load state of one tendon.
 #[derive(Debug, Clone, Default)]
 pub(super) struct LoadGuard {
     /// Load that was read last, positive where the tendon pulls [-].

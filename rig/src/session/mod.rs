@@ -86,7 +86,7 @@ enum Torque {
     Unreachable,
 }
 
-/// What becomes of the torque at the end of a session.
+/// Torque at the end of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum End {
     /// Switched off.
@@ -136,7 +136,7 @@ pub struct Session<'a> {
     target: Vec<f64>,
     /// Loads of the tendons, and which are held back (n).
     guards: Vec<LoadGuard>,
-    /// What the last cycle read (n).
+    /// Readings of the last cycle (n).
     samples: Vec<Option<ServoSample>>,
     slow: Vec<Option<SlowSample>>,
     /// Strokes measured last (n) [m].
@@ -240,7 +240,7 @@ impl<'a> Session<'a> {
         &self.measured
     }
 
-    /// What the last cycle read (n).
+    /// Readings of the last cycle (n).
     pub fn samples(&self) -> &[Option<ServoSample>] {
         &self.samples
     }

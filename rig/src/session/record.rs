@@ -37,14 +37,14 @@ impl RecordOptions {
     }
 }
 
-/// What became of a run.
+/// Outcome of a run.
 #[derive(Debug)]
 pub struct Outcome {
     /// Where the rows are: under the final name only those of a run that came to its end.
     pub out: PathBuf,
     /// How it kept its time.
     pub stats: RunStats,
-    /// What happened.
+    /// Events of the run.
     pub events: Vec<Event>,
     /// Why it ended before the plan and the way back to rest did, if it did.
     pub stopped: Option<Stop>,
@@ -294,12 +294,12 @@ struct Tape {
     last: Option<f64>,
     /// Strokes and goals commanded in it.
     held: Vec<f64>,
-    /// What the instruments showed in it, and how many there are.
+    /// Readings of the instruments in it, and their number.
     instruments: Vec<f64>,
     n_instruments: usize,
     /// Whether nobody may wait for the disk.
     is_real_time: bool,
-    /// What the journal has been told.
+    /// Events passed to the journal so far.
     events: Vec<Event>,
     /// Who follows the rows.
     supervisor: Option<Box<dyn Supervisor>>,

@@ -133,7 +133,7 @@ pub struct RunStats {
     pub heat: Heat,
     /// Part of one core that the process used, in real time [-].
     pub processor: Option<f64>,
-    /// What the bus went through.
+    /// Counts of the bus traffic and its errors.
     pub counts: BusCounts,
 }
 
@@ -196,7 +196,7 @@ impl RunStats {
         self.wire = wire;
     }
 
-    /// What a busy machine cost, for a person; `None` if no cycle was missed.
+    /// Report of the cycles missed on a busy machine, for a person; `None` if no cycle was missed.
     pub fn missed_cycles(&self) -> Option<String> {
         if self.n_missed == 0 {
             return None;

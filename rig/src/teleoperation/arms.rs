@@ -100,7 +100,7 @@ impl Arms {
         Ok(positions.iter().all(Option::is_some))
     }
 
-    /// What the follower's servos measure.
+    /// Reads the measurements of the follower's servos.
     pub(super) fn read_follower(&mut self, samples: &mut [Option<ArmServoSample>]) -> Result<()> {
         self.follower.read_measured(samples)
     }

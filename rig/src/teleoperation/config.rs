@@ -47,7 +47,7 @@ pub struct ArmsConfig {
     pub joints: Vec<JointConfig>,
     /// Whether the last joint moves jaws, and how.
     pub gripper: Option<GripperConfig>,
-    /// What must not be passed.
+    /// Safety limits.
     pub limits: ArmLimits,
     /// Speed with which the follower goes to the leader, and to rest [rad/s].
     pub approach: f64,
@@ -92,7 +92,7 @@ pub struct GripperConfig {
     pub closed: f64,
 }
 
-/// What must not be passed.
+/// Safety limits of the arms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmLimits {
     /// Fastest that a goal moves, however fast the leader is [rad/s].
@@ -125,7 +125,7 @@ impl GripperConfig {
 }
 
 impl ArmsConfig {
-    /// What such a file says that it is.
+    /// Format name in such a file.
     pub const FORMAT: &str = "hysteron-arms";
 
     /// Reads a file of two arms.
@@ -161,7 +161,7 @@ impl ArmsConfig {
         Ok(config)
     }
 
-    /// What no key alone can tell.
+    /// Check of the keys against each other.
     fn check_together(&self) -> Check<()> {
         if self.approach > self.limits.speed_max {
             let found = format!("{}", self.approach.to_degrees());
@@ -258,7 +258,7 @@ fn mount(key: &str, typed: &schema::Servo) -> Check<ServoMount> {
     })
 }
 
-/// What the jaws of a gripper open at least for a radian of its servo [mm].
+/// Smallest aperture of a gripper's jaws per radian of its servo [mm].
 const LEVER_MIN_MM: f64 = 0.1;
 
 fn gripper(typed: &schema::Gripper) -> Check<GripperConfig> {

@@ -9,7 +9,7 @@ use crate::{Error, Event, EventKind, Result};
 use hysteron_base::{JournalQueue, JournalWriter, Metadata};
 use std::path::{Path, PathBuf};
 
-/// What is recorded of every joint, with its unit.
+/// Recorded quantities of every joint, with their units.
 const QUANTITIES: [(&str, &str); 7] = [
     ("q", "rad"),
     ("goal", "rad"),
@@ -22,7 +22,7 @@ const QUANTITIES: [(&str, &str); 7] = [
 /// Of servos that do not measure it, the load stands in its place.
 const CURRENT: (&str, &str) = ("current", "a");
 
-/// What became of a recording.
+/// Outcome of a recording.
 #[derive(Debug)]
 pub struct ArmsOutcome {
     /// Where the rows are: under the final name only those of a run that came to its end.
@@ -69,7 +69,7 @@ pub type Append<'a> = dyn FnMut(&mut Vec<f64>) + 'a;
 
 /// Further channels of a recording, computed from each row as soon as it was measured.
 pub struct Estimates<'a> {
-    /// What they are called.
+    /// Names of the channels.
     pub names: Vec<String>,
     /// Takes a row as it was measured, NaN where a servo did not answer, and appends their values. The next cycle waits for it.
     pub append: Box<Append<'a>>,

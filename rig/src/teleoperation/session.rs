@@ -40,7 +40,7 @@ pub(super) struct Session<'a> {
     pub leader: Vec<f64>,
     /// Where the follower was sent last (n) [rad].
     pub goals: Vec<f64>,
-    /// What its servos measured in the last cycle (n).
+    /// Measurements of its servos in the last cycle (n).
     pub samples: Vec<Option<ArmServoSample>>,
     /// When that was read [s].
     pub read_at: f64,

@@ -36,7 +36,7 @@ pub struct Settings {
     pub stale_after: f64,
     /// Asks the server for TDATA messages at this interval [s]; many servers send without being asked.
     pub request_interval: Option<f64>,
-    /// What makes a pose doubtful.
+    /// Limits beyond which a pose is doubtful.
     pub limits: Limits,
 }
 
@@ -139,7 +139,7 @@ impl Client {
         self.shared.connected.load(Ordering::Relaxed)
     }
 
-    /// What has come so far.
+    /// Counts of the messages so far.
     pub fn counts(&self) -> Counts {
         self.shared.intake().counts
     }
@@ -176,7 +176,7 @@ impl Drop for Client {
     }
 }
 
-/// What the thread works with.
+/// State of the client's thread.
 struct Link {
     addresses: Vec<SocketAddr>,
     request: Option<Vec<u8>>,
