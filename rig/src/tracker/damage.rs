@@ -1,4 +1,4 @@
-//! What made bytes none of a message, as far as they tell: text where there should be bytes, or bytes taken for text.
+//! Diagnosis of bytes that are no message: text where there should be bytes, or bytes taken for text.
 
 use super::crc::crc64;
 use super::message::{HEADER, Header};
@@ -7,7 +7,7 @@ use super::message::{HEADER, Header};
 const LOOKED_AT: usize = 1024;
 /// Printable bytes in a row that are text and no header: type and name of a message are shorter, and padded.
 const TEXT: usize = 24;
-/// What a decoder of UTF-8 puts in place of a byte that is none.
+/// Replacement character of a UTF-8 decoder for an invalid byte.
 const REPLACEMENT: [u8; 3] = [0xef, 0xbf, 0xbd];
 
 /// A fault, with what explains it and what to do.

@@ -15,10 +15,10 @@ const MAX_BODY: usize = 64 * 1024;
 const MAX_SKIPPED: u64 = 1 << 30;
 /// Bytes taken in at once; with one message, all that the decoder keeps.
 const CHUNK: usize = 4096;
-/// What the decoder can hold at most [bytes].
+/// Capacity of the decoder's buffer [bytes].
 pub const MAX_BUFFERED: usize = HEADER + MAX_BODY + CHUNK;
 
-/// What came out of the stream.
+/// Item that the decoder found in the stream.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Decoded {
     /// A whole message.
@@ -27,14 +27,14 @@ pub enum Decoded {
     Skipped {
         /// Its type.
         kind: String,
-        /// What sent it.
+        /// Its device name.
         device: String,
     },
     /// Damage: a message with a wrong checksum or content, or bytes that are none, once up to the next header.
     Damaged(String),
 }
 
-/// What is read at the moment.
+/// State of the decoder.
 #[derive(Debug, Clone, PartialEq)]
 enum Mode {
     /// A message, or its beginning.

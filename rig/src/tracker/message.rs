@@ -28,11 +28,11 @@ pub struct Message {
     pub device: String,
     /// When its content was true, on the sender's clock [s]; `None` if the sender does not say.
     pub time: Option<f64>,
-    /// What it says.
+    /// Content of the message.
     pub content: Content,
 }
 
-/// What a message says.
+/// Content of a message, by its type.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Content {
     /// TRANSFORM: the pose of the device.
@@ -104,7 +104,7 @@ pub enum Protocol {
     WithStatus,
 }
 
-/// What the first 58 bytes say.
+/// Header of a message: its first 58 bytes.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Header {
     pub version: u16,

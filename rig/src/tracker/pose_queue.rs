@@ -1,5 +1,5 @@
-//! What becomes of a message: the poses of the one tool that matters, on the host's clock, evaluated; the rest is
-//! counted, and told as events.
+//! Processing of messages: poses of the one selected tool are put on the host's clock and evaluated; the rest
+//! is counted and reported as events.
 
 use super::clock::ClockMap;
 use super::decoder::Decoded;
@@ -81,7 +81,7 @@ impl Burst {
         self.flush(now)
     }
 
-    /// What to tell of those held back, if it is time.
+    /// Report of the events held back, if it is due.
     fn flush(&mut self, now: f64) -> Option<String> {
         if self.held == 0 || self.last.is_some_and(|last| now - last < REST) {
             return None;

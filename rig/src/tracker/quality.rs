@@ -2,7 +2,7 @@
 
 use crate::{Pose, Quality};
 
-/// What a living sensor on this robot does not do.
+/// Limits that a working sensor on this robot does not exceed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     /// Largest speed of the tip [m/s].

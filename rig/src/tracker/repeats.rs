@@ -39,7 +39,7 @@ pub(super) struct Repeats {
     is_at_rest: bool,
     /// They are more than can be.
     is_frozen: bool,
-    /// What is being learned from.
+    /// Window from which the share of repetitions is estimated.
     window: Window,
     /// Largest share of repetitions in any window, at 95 %: motion makes it smaller, rest shows it.
     share: Option<f64>,

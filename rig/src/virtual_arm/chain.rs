@@ -28,11 +28,11 @@ pub struct Body {
 pub struct Link {
     /// Where the joint is in the frame of the link before [m].
     pub origin: Vector3<f64>,
-    /// What it turns about, of length 1.
+    /// Axis of rotation, of length 1 [-].
     pub axis: Unit<Vector3<f64>>,
     /// Least and greatest angle [rad].
     pub range: [f64; 2],
-    /// What it moves.
+    /// Body that it moves.
     pub body: Body,
 }
 

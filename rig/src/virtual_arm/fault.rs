@@ -1,4 +1,4 @@
-//! What may be wrong with a joint.
+//! Faults of a joint.
 
 /// Something wrong with one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -7,7 +7,7 @@ pub enum Fault {
     Friction {
         /// Number of the joint, from 0.
         joint: usize,
-        /// What dry friction is multiplied by [-].
+        /// Factor on dry friction [-].
         factor: f64,
     },
     /// A rubber band pulls back beyond an angle.
@@ -40,7 +40,7 @@ impl Fault {
         }
     }
 
-    /// What it is, with its numbers.
+    /// Description of the fault, with its numbers.
     pub fn describe(&self) -> String {
         let joint = self.joint() + 1;
         match *self {

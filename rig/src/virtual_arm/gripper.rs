@@ -5,7 +5,7 @@ use super::servo::{MotorLine, Servo, ServoState};
 /// Jaws on a servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gripper {
-    /// What drives them.
+    /// Servo that drives the jaws.
     pub servo: Servo,
     /// Aperture per angle of the motor [m/rad].
     pub lever: f64,

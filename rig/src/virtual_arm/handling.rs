@@ -27,8 +27,8 @@ pub struct Moment {
     pub tip: Vector3<f64>,
 }
 
-/// What moves the arm: from a reading, the goals that are planned for its time [rad], and the force on the tip as only a simulation knows it
-/// [N], it says where the servos are to go [rad].
+/// Controller of the arm: from a reading, the goals planned for its time [rad] and the true force on the tip,
+/// known only in simulation [N], it returns the goals of the servos [rad].
 pub type Control<'a> = dyn FnMut(&Reading, &[f64; N_SERVOS], [f64; 3]) -> [f64; N_SERVOS] + 'a;
 
 impl VirtualArm {

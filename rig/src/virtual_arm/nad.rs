@@ -18,7 +18,7 @@ pub struct Planned {
     pub split: &'static str,
     /// From 1.
     pub number: usize,
-    /// What it is.
+    /// Trial of the trajectory.
     pub trial: Trial,
 }
 
@@ -43,7 +43,8 @@ pub fn data_set() -> Vec<Planned> {
 /// Trajectories of each split and task of [`fault_set`].
 const FAULT_TRAJECTORIES: [usize; 3] = [8, 2, 4];
 
-/// What NAD does not have: pick and place with every fault and without, with nothing and with all its payloads.
+/// Trajectories that NAD does not have: pick and place with every fault and without, with no payload and with
+/// all its payloads.
 pub fn fault_set() -> Vec<Planned> {
     let faults = [
         ("healthy", Degraded::No),

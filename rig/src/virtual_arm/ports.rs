@@ -37,7 +37,7 @@ pub struct Follower {
     rest: f64,
     speeds: [f64; N_SERVOS],
     noise: ChaCha8Rng,
-    /// What the readings of currents [A] and voltages [V] are off by now.
+    /// Present errors of the readings of currents [A] and voltages [V].
     scatter: [[f64; N_SERVOS]; 2],
 }
 
@@ -79,7 +79,7 @@ impl Follower {
         &self.world
     }
 
-    /// What is wrong with a joint, if anything is.
+    /// Fault of a joint; `None` if there is none.
     pub fn fault(&self) -> Option<&Fault> {
         self.course.faults.first()
     }

@@ -1,4 +1,4 @@
-//! What a virtual arm is, and how individual arms differ.
+//! Parameters of a virtual arm, and their spread among individual arms.
 
 use hysteron_base::rng;
 use nalgebra::Vector3;
@@ -21,9 +21,9 @@ pub struct VirtualArm {
     pub servos: [Servo; N_JOINTS],
     /// Its gripper.
     pub gripper: Gripper,
-    /// What feeds all servos.
+    /// Power supply of all servos.
     pub supply: Supply,
-    /// What is read of it.
+    /// Telemetry of the arm.
     pub telemetry: Telemetry,
     /// The force sensor at its tip.
     pub sensor: ForceSensor,

@@ -1,4 +1,4 @@
-//! What a servo is: motor, gear with friction that grows with its load, heat, and the position loop of its registers.
+//! Model of a servo: motor, gear with load-dependent friction, heat, and the position loop of its registers.
 //!
 //! Written for this arm alone: what estimators know of friction and drives is in `hysteron-actuator`.
 
@@ -48,11 +48,11 @@ pub struct Servo {
 pub struct GearFriction {
     /// Without load, at speed [N m].
     pub base: f64,
-    /// What comes on top at rest [N m].
+    /// Additional friction at rest [N m].
     pub stribeck: f64,
     /// Share of the motor's torque, and of the load's [-].
     pub load: [f64; 2],
-    /// What comes on top of these at rest [-].
+    /// Additional shares at rest [-].
     pub load_stribeck: [f64; 2],
     /// Of their squares [1/(N m)].
     pub load_squared: [f64; 2],
@@ -81,7 +81,7 @@ pub struct Heat {
     pub magnet_slope: f64,
 }
 
-/// What a servo's motor and case do.
+/// State of a servo's motor and case.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ServoState {
     /// Angle of the rotor, as the output would have it without backlash [rad].
@@ -141,7 +141,7 @@ impl Servo {
         state.duty = pwm.clamp(-FULL_PWM, FULL_PWM).trunc() / FULL_PWM;
     }
 
-    /// What the motor does in a step under `voltage` of the supply [V].
+    /// Line of the motor's torque in a step at `voltage` of the supply [V].
     pub fn motor(&self, state: &ServoState, voltage: f64) -> MotorLine {
         let above = state.winding - REFERENCE_DEGC;
         let k = self.torque_constant * (1.0 - self.heat.magnet_slope * above);

@@ -24,7 +24,7 @@ pub struct Balance {
     pub dry: [f64; N_SPEEDS],
 }
 
-/// What friction does: 0 where it holds, else the sign of the motion.
+/// Friction state of each speed: 0 where it sticks, else the sign of the motion.
 pub type Statuses = [f64; N_SPEEDS];
 
 /// Changes of statuses before coordinate descent is asked.
@@ -77,7 +77,7 @@ impl Balance {
         })
     }
 
-    /// What friction has to withstand at coordinate `i` for zero speed there, the others as they are [N m].
+    /// Friction torque required at coordinate `i` for zero speed there, the other speeds fixed [N m].
     fn held(&self, i: usize, speeds: &[f64; N_SPEEDS]) -> f64 {
         match i.checked_sub(N_JOINTS) {
             None => self.push[i] + self.coupling[i] * speeds[N_JOINTS + i],

@@ -54,18 +54,18 @@ pub struct Direction {
     pub sign: f64,
 }
 
-/// What one trajectory is.
+/// Definition of one trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trial {
-    /// What the leader does.
+    /// Task of the leader.
     pub task: Task,
-    /// What the jaws hold [kg]; 0 for nothing.
+    /// Payload in the jaws [kg]; 0 for nothing.
     pub payload: f64,
     /// From where it is pushed.
     pub push: Option<Direction>,
     /// Whether a joint is degraded; how is drawn.
     pub degraded: Degraded,
-    /// What of its force is labelled.
+    /// Labelled part of the force.
     pub labels: Labels,
 }
 
@@ -82,7 +82,7 @@ pub enum Degraded {
     LostTooth,
 }
 
-/// What the data set says of the force at the tip.
+/// Force labels at the tip in the data set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Labels {
     /// Nothing.
@@ -106,11 +106,11 @@ pub struct Press {
 pub struct Course {
     /// The hand.
     pub leader: Leader,
-    /// What stands on the table.
+    /// Object on the table, if there is one.
     pub object: Option<Object>,
     /// Pushes.
     pub presses: Vec<Press>,
-    /// What is wrong with the arm.
+    /// Faults of the arm.
     pub faults: Vec<Fault>,
 }
 
@@ -282,7 +282,7 @@ fn presses(push: Direction, end: f64, stream: &mut ChaCha8Rng) -> Vec<Press> {
     (0..3).map(press).collect()
 }
 
-/// What is wrong with joint 3.
+/// Fault of joint 3, if it is degraded.
 fn fault(degraded: Degraded, stream: &mut ChaCha8Rng) -> Option<Fault> {
     let joint = 2;
     match degraded {

@@ -1,4 +1,5 @@
-//! What is read of the arm: when, how filtered, how coarsely; and what the readings leave out.
+//! Telemetry of the arm: sampling times, filters and resolution of the readings, and the effects that they
+//! leave out.
 
 use std::f64::consts::TAU;
 
@@ -33,7 +34,7 @@ pub struct Recorder {
     rows: Vec<Row>,
 }
 
-/// What is summed over the steps of a row.
+/// Sums over the steps of a row.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sums {
     steps: f64,
@@ -43,7 +44,7 @@ struct Sums {
     carried: f64,
 }
 
-/// What the servos report at once, that of the gripper last.
+/// Simultaneous reading of all servos, the gripper's last.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// When [s].

@@ -48,7 +48,7 @@ struct Held {
     lifted: f64,
 }
 
-/// What acted on the arm in a step, means over it.
+/// Mean torques and forces on the arm over a step.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Acted {
     /// Torques of the motors at the joints [N m].
@@ -83,7 +83,7 @@ pub struct ArmWorld {
     statuses: Statuses,
     object: Option<Object>,
     held: Option<Held>,
-    /// What acted in the last step.
+    /// Mean torques and forces in the last step.
     pub acted: Acted,
     /// Power that friction, damping and motors took in the last step [W].
     pub lost: [f64; N_JOINTS],

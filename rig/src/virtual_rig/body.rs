@@ -17,7 +17,7 @@ pub(crate) enum Factors {
     AlwaysNew,
 }
 
-/// What a body is. All vectors in the robot's frame: base at the origin, rod along z.
+/// Definition of a body. All vectors in the robot's frame: base at the origin, rod along z.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct BodySpec {
     /// Length at rest [m].

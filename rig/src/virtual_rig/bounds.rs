@@ -1,4 +1,4 @@
-//! What numbers a robot on a bench can have, and their conversion to SI.
+//! Bounds of the parameters of a robot on a bench, and their conversion to SI.
 
 use hysteron_base::BadInput;
 use hysteron_base::believed::on_a_bench;

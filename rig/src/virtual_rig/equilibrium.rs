@@ -16,7 +16,7 @@ const MOST_HALVINGS: usize = 8;
 /// Substeps of a step that fails, at most two to the power of this.
 const MOST_SPLITS: u32 = 6;
 
-/// What a step cost and whether it succeeded.
+/// Cost and outcome of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct StepReport {
     /// Residuals evaluated.

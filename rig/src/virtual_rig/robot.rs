@@ -1,4 +1,4 @@
-//! What a virtual robot is.
+//! Parameters of a virtual robot.
 
 use super::population::Population;
 use hysteron_actuator::{FrictionLaw, Prony, ServoSpec};
@@ -82,7 +82,7 @@ pub struct TendonParameters {
 /// The servos and their pulleys.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ServoParameters {
-    /// What each servo is.
+    /// Parameters of each servo.
     pub spec: ServoSpec,
     /// Radius of the pulleys, as the rig file says [m].
     pub pulley_radius: f64,

@@ -15,7 +15,7 @@ const MOST_WAITING: usize = 4096;
 /// A pose on its way from the tracker to whoever listens.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackedPose {
-    /// What was measured; its time is when, on the world's clock [s].
+    /// Measured pose, with the time of the measurement on the world's clock [s].
     pub pose: Pose,
     /// When it leaves the tracker, on the world's clock [s].
     pub sent_at: f64,

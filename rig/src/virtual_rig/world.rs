@@ -56,7 +56,7 @@ pub struct World {
     robot: Option<Robot>,
 }
 
-/// What hangs on the pulleys.
+/// Robot on the pulleys.
 #[derive(Debug, Clone)]
 struct Robot {
     body: Body,
@@ -133,12 +133,12 @@ impl World {
         self.servos.len()
     }
 
-    /// What servo `k` is told; stays until it is told otherwise.
+    /// Command of servo `k`; stays until it is changed.
     pub fn command_mut(&mut self, k: usize) -> &mut ServoCommand {
         &mut self.commands[k]
     }
 
-    /// What servo `k` does.
+    /// State of servo `k`.
     pub fn servo(&self, k: usize) -> &Servo {
         &self.servos[k]
     }

@@ -7,7 +7,7 @@ use rand::RngExt;
 /// Rounding of time stamps of this century [s].
 const ROUNDING: f64 = 1e-6;
 
-/// What happened to a message: measured at (host), stamped (device), arrived (host), jitter [s].
+/// Times of a message: measured at (host), stamped (device), arrived (host), jitter [s].
 #[derive(Clone, Copy)]
 struct Sample {
     measured: f64,

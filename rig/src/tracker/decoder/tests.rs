@@ -122,7 +122,7 @@ fn absurd_sizes_are_damage_at_once() {
     }
 }
 
-/// What is said of the first damage in a stream.
+/// Description of the first damage in a stream.
 fn first_damage(bytes: &[u8]) -> String {
     let all = decode(&mut Decoder::new(), bytes);
     let damage = all.into_iter().find_map(|decoded| match decoded {

@@ -1,4 +1,4 @@
-//! What friction along a bent tendon does to tensions and to the tip.
+//! Effects of friction along a bent tendon on tensions and tip.
 
 use super::super::loop_width;
 use super::{body, spec};

@@ -1,4 +1,4 @@
-//! What the presets measure stays what it is: whoever adds physics leaves them alone.
+//! Reference measurements of the presets: new physics must leave them unchanged.
 
 use super::super::VirtualRobot;
 use super::bench::Bench;
@@ -45,7 +45,7 @@ const BITS: [(&str, &str); 2] = [
     ("harsh", "07e9938ab2b2f0ca9ec6e7c28d80500989a808ab1647f984f74fde3c077aa79d"),
 ];
 
-/// What [`measured`] rounds, as it is, little endian.
+/// Bytes of the quantities that [`measured`] rounds, unrounded, little endian.
 fn bits(robot: &VirtualRobot) -> Vec<u8> {
     let mut bench = Bench::new(robot, 9);
     let (mut bytes, mut poses) = (Vec::new(), Vec::new());

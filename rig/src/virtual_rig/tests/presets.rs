@@ -1,9 +1,9 @@
-//! What the presets show, measured as on a bench.
+//! Behaviour of the presets, measured as on a bench.
 
 use super::super::VirtualRobot;
 use super::bench::{Bench, distance};
 
-/// What makes a preset mild or harsh.
+/// Figures that tell a mild preset from a harsh one.
 #[derive(Debug)]
 struct Figures {
     /// Mean radius of the commanded circle at the diagonals over that at the tendons' axes [-].

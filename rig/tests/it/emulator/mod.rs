@@ -23,7 +23,7 @@ pub struct Bench {
     folder: tempfile::TempDir,
 }
 
-/// What a servo answered: alert bit, parameters.
+/// Answer of a servo: alert bit and parameters, or an error number.
 type Answer = Result<(bool, Vec<u8>), u8>;
 
 impl Bench {

@@ -14,7 +14,7 @@ mod tracker;
 pub use hysteron_fuzz::{assert_in_house_form, cases, drive, text};
 use std::path::PathBuf;
 
-/// What this process may have had in memory at any time, the other tests in it included [bytes].
+/// Largest peak memory of this process, the other tests in it included [bytes].
 const MEMORY_MAX: u64 = 1 << 30;
 
 /// The files of a folder of the corpus, by name.

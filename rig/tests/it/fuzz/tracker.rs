@@ -66,7 +66,7 @@ fn any_message() -> impl Strategy<Value = Vec<u8>> {
         .prop_map(|(version, kind, device, stamp, body)| message(version, &kind, &device, stamp, &body))
 }
 
-/// What becomes of a stream on its way.
+/// Damage to a stream on its way.
 #[derive(Debug, Clone)]
 enum Mangling {
     Lines,

@@ -172,7 +172,7 @@ fn told_by(fault: &Fault, is_fatal: bool) -> Option<(&'static [EventKind], f64)>
     })
 }
 
-/// What a script came to.
+/// Result of a script.
 struct Found {
     injected: Vec<(f64, Fault)>,
     outcome: Outcome,
@@ -383,7 +383,7 @@ pub(super) fn check_torque(
     }
 }
 
-/// What is tried.
+/// Script to try.
 #[derive(Debug, Clone)]
 enum Trial {
     Recording(Script),

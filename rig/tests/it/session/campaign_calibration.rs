@@ -23,7 +23,7 @@ pub(super) struct Script {
     end: End,
 }
 
-/// What ends it, if no fault does before [s].
+/// End of a calibration at a time [s], unless a fault ends it before.
 #[derive(Debug, Clone, Copy)]
 enum End {
     Asked(f64),

@@ -19,7 +19,7 @@ use std::time::Duration;
 const STALL: f64 = 0.3;
 const EVERY: usize = 90;
 
-/// What a thread has waited for the disk.
+/// Time that a thread has waited for the disk [s].
 #[derive(Debug)]
 struct Waited {
     thread: ThreadId,

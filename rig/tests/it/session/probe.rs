@@ -133,7 +133,7 @@ pub fn wait_for(mut holds: impl FnMut() -> bool) -> bool {
     true
 }
 
-/// What a read of all servos gave: every position and load.
+/// Result of a read of all servos: position [ticks] and load [-] of each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Read {
     pub servos: Vec<Option<(i32, f64)>>,

@@ -15,7 +15,7 @@ use std::rc::Rc;
 /// Reads after which it happens: in the middle of the rows.
 pub const MOMENT: usize = 150;
 
-/// What happens.
+/// Fault to stage.
 #[derive(Debug, Clone, Copy)]
 pub enum Mishap {
     None,

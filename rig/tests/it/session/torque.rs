@@ -20,7 +20,7 @@ fn typical() -> VirtualRobot {
     VirtualRobot::preset("typical").unwrap()
 }
 
-/// What reads of servos can show that ends a run.
+/// Readings of servos that end a run.
 const READS: [(&str, Mishap); 7] = [
     ("overload", Mishap::Servos(|servos| with(servos, |servo| servo.hardware_error = 0x20))),
     ("torque is off", Mishap::Servos(|servos| with(servos, |servo| servo.torque_on = false))),
