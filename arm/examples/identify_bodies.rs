@@ -211,7 +211,8 @@ fn ur10e(folder: &Path) -> Fallible<Value> {
     Ok(row)
 }
 
-/// What comes with the data of the UR10e: drive gains, inertias of rotors, friction, ten numbers of every body about its link's frame.
+/// Upstream parameters of the UR10e: drive gains, rotor inertias, friction, ten inertial parameters of every
+/// body about its link's frame.
 struct UpstreamUr10e {
     gains: Vec<f64>,
     rotors: Vec<f64>,
@@ -279,7 +280,8 @@ fn rigid_rms(model: &Model, motion: &JointMotion) -> Vec<f64> {
     rms_of(model, motion, &|_, _, _| 0.0)
 }
 
-/// What is left of every joint's torque by rigid bodies and `more`, of joint, speed and acceleration.
+/// Root mean square torque residual of every joint (n_joints) after rigid bodies and `more`, a function of
+/// joint, speed and acceleration.
 fn rms_of(model: &Model, motion: &JointMotion, more: &dyn Fn(usize, f64, f64) -> f64) -> Vec<f64> {
     let n = motion.n_joints;
     let (mut data, mut tau, mut squares) = (Data::new(model, 0.0), vec![0.0; n], vec![0.0; n]);

@@ -15,7 +15,7 @@ const MOST_CHANGES: usize = 20;
 /// Rounding of a sum of some tens of terms, relative to their sizes.
 const ROUNDING: f64 = 1e-13;
 
-/// What holds a joint's velocity.
+/// Contact state of a joint: slip, stick or end stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Contact {
     /// Slides this way, or moves without friction: 1, −1.

@@ -1,4 +1,4 @@
-//! What the algorithms write: allocated once, beside the model.
+//! Workspace of the algorithms: results and scratch, allocated once, next to the model.
 
 use crate::model::{Drive, Joint, Weightless};
 use crate::spatial::{Articulated, Inertia, Mat3, Motion, Sym3, Vec3, Wrench};
@@ -15,7 +15,7 @@ pub struct Data<T> {
     pub armature: Vec<T>,
     /// Stiffness and reference of the spring of every joint; empty where no joint has one.
     pub(crate) springs: Vec<[T; 2]>,
-    /// What is weightless of the bodies; empty where all of them weigh what they should.
+    /// Weightless mass and first moment of bodies; empty where all of them weigh what they should.
     pub(crate) lifts: Vec<Lift<T>>,
     pub(crate) bodies: Vec<Body<T>>,
     /// Gravity, the other way round: the acceleration of a base at rest.

@@ -128,7 +128,8 @@ fn find_axis_accelerations<T: Scalar>(model: &Model, data: &mut Data<T>) {
     }
 }
 
-/// What follows from forces that keep their direction instead of turning with their body.
+/// Adds to the derivatives by q the terms of forces that keep their direction instead of turning with their
+/// body.
 #[inline(always)]
 fn add_external<T: Scalar>(model: &Model, data: &Data<T>, external: &[ExternalForce<T>], by_q: &mut [T]) {
     for force in external {

@@ -35,7 +35,8 @@ impl<T: Scalar> Data<T> {
     }
 }
 
-/// What a lift resists a motion of its body with: as `resisted` of `derivatives`, for a force that carries a mass.
+/// Resistance of a lift to a motion of its body: as `resisted` of `derivatives`, for a force that carries a
+/// mass.
 #[inline(always)]
 pub(crate) fn lift_resisted<T: Scalar>(data: &Data<T>, lift: &Lift<T>, m: &Motion<T>) -> Vec3<T> {
     let moved = add_scaled3(cross(m.angular, data.lifted(lift)), lift.mass, m.linear);

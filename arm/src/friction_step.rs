@@ -66,7 +66,7 @@ pub(crate) struct FrictionStep<T> {
     found: Vec<[[f64; LANES]; 4]>,
 }
 
-/// What a substep starts from and what acts in it.
+/// Inputs of a substep: model, workspace, damping, friction, torques and external forces.
 pub(crate) struct Substep<'a, T> {
     pub model: &'a Model,
     /// Armatures with h D in them.

@@ -1,11 +1,11 @@
-//! What a recording holds of an arm, joint by joint: the one reading for everything that fits, tests or draws.
+//! Series of an arm's recording, joint by joint: the one reading for everything that fits, tests or draws.
 
 use hysteron_base::{BadInput, Recording};
 
 use crate::recorded::Quantity;
 use crate::{JointKind, MOST_JOINTS};
 
-/// What a recording holds of one joint; every series has one value per row (n_samples).
+/// Kind and series of one joint in a recording; every series has one value per row (n_samples).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointSeries<'a> {
     /// About or along its axis: from the unit of its coordinate.

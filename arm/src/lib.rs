@@ -1,6 +1,7 @@
 //! Rigid-body dynamics of robot arms, its derivatives, and differentiable simulation.
 //!
-//! A [`Model`] never changes; a [`Data`] beside it is scratch, allocated once. Every algorithm is written once over
+//! A [`Model`] never changes; a [`Data`] next to it is scratch, allocated once. Every algorithm is written
+//! once over
 //! [`Scalar`]. All spatial quantities are taken about the origin of the base and in its axes, so that contributions of
 //! bodies add without transforms. The equations stand in `docs/arm.md`.
 //!

@@ -1,4 +1,4 @@
-//! Generalized momentum, and what changes it besides the torques of the joints.
+//! Generalized momentum, and what changes it apart from the torques of the joints.
 //!
 //! With the velocity v_i and the axis S_i of body i, and the momentum h_i of all that it carries: p_i = S_i · h_i, and
 //! ½ ∂(q̇ᵀM q̇)/∂q_i = (v_i × S_i) · h_i. One pass outwards and one inwards.

@@ -11,7 +11,7 @@ pub(super) const FOLDS: usize = 4;
 /// Penalties that are tried.
 const PENALTIES: [f64; 9] = [1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0];
 
-/// What validation chose.
+/// Ridge penalty selected by validation, and its validation error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Choice {
     /// λ of the ridge.

@@ -12,7 +12,7 @@ use crate::lagrangian::{Decomposition, Samples};
 /// A set with its published split, and the arm's kinematics.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RealSet {
-    /// What it is called in tables.
+    /// Name in tables.
     pub name: String,
     /// Trajectories to learn from, validation data included.
     pub training: Samples,
@@ -74,7 +74,7 @@ fn names_in(folder: &Path) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// What Baxter's models learn from.
+/// Training set of Baxter's models.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BaxterTraining {
     /// The eleven helical files: table 3.

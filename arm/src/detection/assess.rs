@@ -15,7 +15,7 @@ pub struct Truth {
     pub period: f64,
 }
 
-/// What a test did at one threshold.
+/// Recall, delay and false alarms of a test at one threshold.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Assessment {
     /// The value of the test above which the alarm went on.

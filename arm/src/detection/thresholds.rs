@@ -1,4 +1,4 @@
-//! What external torques amount to without contact.
+//! Detection thresholds for external torques, from torque noise and from contact-free motion.
 
 /// Threshold of a momentum observer's residual against torque noise: 3 σ √((1 − α)/(1 + α)) + margin with α = 1/(1 + K T) [N m].
 ///

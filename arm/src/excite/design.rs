@@ -20,9 +20,9 @@ pub struct ExcitationOptions<'a> {
     pub harmonics: usize,
     /// Most generations of the swarm.
     pub generations: usize,
-    /// What all draws come from.
+    /// Seed of all random draws.
     pub seed: u64,
-    /// Told the generation and the best condition number; false ends the search.
+    /// Called with the generation and the best condition number; false ends the search.
     pub watch: &'a (dyn Fn(usize, f64) -> bool + Sync),
 }
 

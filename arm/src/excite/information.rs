@@ -1,4 +1,5 @@
-//! What a motion says of the parameters: the regressor of those that can be told apart, and its condition.
+//! Information of a motion about the parameters: the regressor of the identifiable ones, and its condition
+//! number.
 //!
 //! Parameters are the ten of every body, armature, viscous and dry friction of every joint. Many of them act through sums alone; a
 //! largest set of independent columns is found by a pivoted QR of the regressor over states drawn within the limits. Every
@@ -62,7 +63,7 @@ impl Information {
         Self { n, columns, scales }
     }
 
-    /// How many parameters can be told apart.
+    /// Number of identifiable parameters.
     pub fn n_parameters(&self) -> usize {
         self.columns.len()
     }

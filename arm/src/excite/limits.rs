@@ -1,4 +1,4 @@
-//! What a motion has to stay within.
+//! Limits that a motion has to stay within.
 
 use hysteron_base::BadInput;
 

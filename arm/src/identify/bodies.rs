@@ -17,7 +17,7 @@ use crate::spatial::Inertia;
 /// How bodies are identified.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BodyOptions<'a> {
-    /// What belongs to every joint besides its body.
+    /// Terms of every joint in addition to its body.
     pub terms: &'a [JointTerm],
     /// Speed over which Coulomb friction changes its sign [rad/s].
     pub width: f64,
@@ -25,7 +25,7 @@ pub struct BodyOptions<'a> {
     pub prior: f64,
 }
 
-/// What the data says of a parameter.
+/// Identifiability of a parameter from the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Determined {
     /// By the data.
@@ -86,7 +86,7 @@ const ALIKE: f64 = 0.95;
 const UNMOVED: f64 = 1e-7;
 /// Share of an unmoved direction from which on a parameter is determined only together with others.
 const SHARE: f64 = 1e-3;
-/// What a joint's torque is never better than, squared: rounding of simulated data [N² m²].
+/// Lower bound on the variance of a joint's torque residual: rounding of simulated data [N² m²].
 const SMALLEST_VARIANCE: f64 = 1e-12;
 /// Times that the weights of the joints are taken from what is left.
 const ROUNDS: usize = 3;
@@ -217,7 +217,7 @@ fn body(parameters: &DVector<f64>, k: usize) -> Body {
     parameters.fixed_rows::<10>(10 * k).into_owned()
 }
 
-/// What is believed of the parameters before the data.
+/// Prior of the parameters: nominal bodies and joint terms.
 struct Believed<'a> {
     model: &'a Model,
     terms: &'a [JointTerm],

@@ -1,4 +1,4 @@
-//! Bodies and joint terms by differential evolution, as papers do it: the rival of the convex fit.
+//! Bodies and joint terms by differential evolution, as papers do it: the baseline of the convex fit.
 //!
 //! # Reference
 //! Saadatzi, Long, Celik (2019), eq. 6: DE/best/1/bin, joint 2 weighed six-fold. Differs from it by refusing bodies that cannot exist and by
@@ -125,7 +125,7 @@ fn genes(model: &Model, terms: &[JointTerm], normals: &[Normal]) -> Vec<Paramete
     genes
 }
 
-/// What torques are linear in.
+/// Parameters that the torques are linear in, from the genes of a candidate.
 fn parameters(genes: &[f64], n_joints: usize) -> DVector<f64> {
     let mut parameters = DVector::from_column_slice(genes);
     for k in 0..n_joints {

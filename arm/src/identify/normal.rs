@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use super::motion::JointMotion;
 use crate::{Data, Model, regressor};
 
-/// What a joint's torque is made of beyond rigid bodies, linear in one number.
+/// Term of a joint's torque beyond rigid bodies, linear in one coefficient.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointTerm {
     /// Inertia of rotor and gear times acceleration; >= 0.

@@ -21,7 +21,7 @@ pub struct PayloadFit {
     pub model: Model,
 }
 
-/// What is believed of a payload before the data: a kilogramme within five centimetres.
+/// Prior of a payload: a kilogramme within five centimetres [kg], [m].
 const BELIEVED_MASS: f64 = 1.0;
 const BELIEVED_RADIUS: f64 = 0.05;
 /// Weight of that belief, in independent samples of one joint [-].
@@ -89,7 +89,7 @@ fn believed() -> Inertia<f64> {
     believable(&Inertia::about_centre(BELIEVED_MASS, [0.0; 3], [moment, 0.0, moment, 0.0, 0.0, moment]))
 }
 
-/// What the ten numbers of the payload do to every torque (10 × rows).
+/// Regressor of the payload: derivatives of every torque by its ten inertial parameters (10 × rows).
 fn columns(model: &Model, motion: &JointMotion, joint: usize, placed: &SMatrix<f64, 10, 10>) -> DMatrix<f64> {
     let n = model.n_joints();
     let (mut data, mut of_bodies) = (Data::new(model, 0.0), vec![0.0; 10 * n * n]);

@@ -18,7 +18,7 @@ use crate::{Model, Recorded};
 pub use drive::CURRENTS_BY;
 pub(crate) use drive::position_gain;
 
-/// What becomes of numbers that look as if they had another unit than the one stated.
+/// Treatment of numbers that look as if they had another unit than the one stated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum UnitCheck {
     /// The file is refused.
@@ -31,24 +31,24 @@ pub enum UnitCheck {
 /// How a file is read.
 #[derive(Debug, Clone, Default)]
 pub struct ImportOptions<'a> {
-    /// What the columns are; found among the built-in maps where there is none.
+    /// Meaning of the columns; found among the built-in maps where there is none.
     pub columns: Option<Columns>,
     /// Rate of the recording; that of the file where there is none [Hz].
     pub rate_hz: Option<f64>,
     /// The rows to read.
     pub filter: Option<Filter>,
-    /// What becomes of rows that cannot be read.
+    /// Treatment of rows that cannot be read.
     pub bad_rows: BadRows,
-    /// What is known of the arm.
+    /// Known properties of the arm.
     pub arm: ArmKnown<'a>,
 }
 
-/// What is known of an arm whose recording is imported.
+/// Known properties of an arm whose recording is imported.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ArmKnown<'a> {
     /// The robot, whose joints name those of the recording and must be as many.
     pub model: Option<&'a Model>,
-    /// What becomes of numbers that look as if they had another unit.
+    /// Treatment of numbers that look as if they had another unit.
     pub unit_check: UnitCheck,
     /// The drive of every joint, by which currents are computed that the file leaves out.
     pub drive: Option<&'a CatalogueDrive>,

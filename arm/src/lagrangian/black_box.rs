@@ -19,7 +19,8 @@ fn join<T: Real>(features: &[T], width: usize, columns: &[(&[T], &[T])], out: &m
     }
 }
 
-/// What an energy sees of velocities or momenta v: every one in units of its spread, and, where it has products, those of every two.
+/// Inputs of an energy from velocities or momenta v: each in units of its spread, and, with products, those
+/// of every pair.
 #[derive(Debug)]
 struct Speeds<T> {
     /// 1/σ of every one.

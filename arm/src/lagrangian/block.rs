@@ -2,7 +2,7 @@
 
 use hysteron_learn::{ByParameters, Real};
 
-/// What a coordinate enters a network as.
+/// Form in which a coordinate enters a network.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Coordinate {
     /// sin q, cos q of an angle.
@@ -11,7 +11,7 @@ pub(crate) enum Coordinate {
     Length(f64),
 }
 
-/// What networks see of the positions: products of the two numbers of every joint, over some joints.
+/// Position features of networks: products of the two numbers of every joint, over some joints.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Features {
     coordinates: Vec<Coordinate>,
@@ -76,7 +76,7 @@ impl Features {
     }
 }
 
-/// What a block takes its rows from.
+/// Input series of a block, one entry per row.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Motion<'a> {
     /// q, q̇, q̈, or of a Hamiltonian q, p, ṗ: each [row][joint].

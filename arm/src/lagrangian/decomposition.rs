@@ -1,4 +1,4 @@
-//! What torques are spent on: inertia, Coriolis and centrifugal forces, gravity, and the rest.
+//! Decomposition of torques: inertia, Coriolis and centrifugal forces, gravity, and the rest.
 
 use nalgebra::{DMatrix, DVector};
 

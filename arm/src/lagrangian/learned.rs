@@ -22,7 +22,7 @@ pub struct LearnedDynamics {
 }
 
 impl LearnedDynamics {
-    /// What such files call themselves.
+    /// Kind of file, as such files state it.
     pub const KIND: &str = "inverse-dynamics";
 
     /// Writes the model's file.

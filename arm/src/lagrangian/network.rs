@@ -18,7 +18,7 @@ use super::{MOST, MOST_COLUMNS, Samples};
 const MOST_DEGREE: usize = 4;
 /// Samples side by side in a regression.
 const BLOCK: usize = 256;
-/// Of a regression on features, some of which can depend on others: little beside its noise.
+/// Of a regression on features, some of which can depend on others: little compared with its noise.
 const REGRESSION_PENALTY: f64 = 1e-9;
 
 /// A model of inverse dynamics.
@@ -84,7 +84,7 @@ impl Variant {
     }
 }
 
-/// What a term is.
+/// Kind of a term.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     StructuredLagrangian,
@@ -124,7 +124,7 @@ impl Scales {
     }
 
     /// Standard deviations of these samples; with products as inputs the mean mass matrix gives the scale of its factor, for spreads make that much too
-    /// large on an arm whose gravity is large beside its inertia.
+    /// large on an arm whose gravity is large compared with its inertia.
     pub fn of(samples: &Samples, variant: Variant, inputs: InputForm) -> Self {
         let floor = |values: Vec<f64>| values.into_iter().map(|v| v.max(1e-9)).collect::<Vec<_>>();
         let torques = floor(samples.deviations(&samples.tau));
@@ -191,15 +191,16 @@ pub struct NetworkShape {
     pub scales: Scales,
     /// For every joint: none for an angle, else the length that counts as one [m].
     pub lengths: Vec<Option<f64>>,
-    /// What networks see of the positions.
+    /// Form of the positions as inputs of networks.
     #[serde(default)]
     pub inputs: InputForm,
-    /// Dense columns of the mass matrix's factor beside its triangle: squares in the kinetic energy beyond one for each joint.
+    /// Dense columns of the mass matrix's factor next to its triangle: squares in the kinetic energy beyond
+    /// one for each joint.
     #[serde(default)]
     pub squares: usize,
 }
 
-/// What networks see of the positions.
+/// Form of the positions as inputs of networks.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum InputForm {
@@ -378,7 +379,8 @@ impl NetworkShape {
     }
 }
 
-/// What every joint's coordinate enters as.
+/// Form in which every joint's coordinate enters, from its standard deviation [m]; an angle where there is
+/// none.
 fn coordinates(lengths: &[Option<f64>]) -> Vec<Coordinate> {
     lengths.iter().map(|length| length.map_or(Coordinate::Angle, Coordinate::Length)).collect()
 }
@@ -398,7 +400,7 @@ pub(crate) struct Evaluator<T> {
     w: Vec<T>,
 }
 
-/// What predictions are compared with.
+/// Targets that predictions are compared with.
 pub(crate) struct Targets<'a> {
     /// [sample][output]: torques, and velocities of a Hamiltonian.
     pub values: [&'a [f64]; 2],

@@ -19,7 +19,7 @@ pub struct TorqueObjective<'a, T> {
     shape: &'a NetworkShape,
     training: &'a Samples,
     validation: &'a Samples,
-    /// What networks see of the positions of both, taken once.
+    /// Position features of training and validation samples, computed once.
     numbers: [Vec<[f64; 2]>; 2],
     /// Of every squared error of an output, over the number of outputs.
     weights: Vec<f64>,

@@ -6,7 +6,7 @@ use super::Samples;
 use crate::datasets::{check_rate, differentiate, low_pass};
 use crate::{Quantity, Recorded};
 
-/// What a recording says of positions, velocities, accelerations and torques, in trajectories parted where samples are
+/// Positions, velocities, accelerations and torques of a recording, in trajectories parted where samples are
 /// missing. Accelerations that are not recorded are central differences of velocities below `cutoff` [Hz].
 ///
 /// # Errors

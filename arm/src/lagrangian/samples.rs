@@ -41,8 +41,8 @@ impl Samples {
         Self { n_joints: kinds.len(), kinds, ..Self::default() }
     }
 
-    /// What networks need to know of every joint's coordinate ([`super::NetworkShape::lengths`]): nothing of an angle, of a length its
-    /// standard deviation [m].
+    /// Scale of every joint's coordinate for networks ([`super::NetworkShape::lengths`]): `None` of an angle,
+    /// the standard deviation [m] of a length.
     pub fn lengths(&self) -> Vec<Option<f64>> {
         let spreads = self.deviations(&self.q);
         let of = |(kind, spread): (&JointKind, f64)| match kind {

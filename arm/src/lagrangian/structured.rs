@@ -66,7 +66,7 @@ pub(crate) struct EnergyShapes {
     pub potential: Mlp,
 }
 
-/// What both structured terms share.
+/// State shared by both structured terms: factor, potential and intermediate results.
 #[derive(Debug)]
 struct Energies<T> {
     factor: Factor<T>,
@@ -222,7 +222,7 @@ impl<T: Real> Term<T> for StructuredLagrangian<T> {
 #[derive(Debug)]
 pub(crate) struct StructuredHamiltonian<T> {
     energies: Energies<T>,
-    /// What multiplies τ, or q̇, in w · (τ, q̇): [row][joint]; and the latter.
+    /// Weights of τ, or of q̇, in w · (τ, q̇): [row][joint]; and the latter.
     of_w: Vec<T>,
     by_speed: Vec<Side<T>>,
     /// L_wᵀp + Lᵀu, u of the speeds.

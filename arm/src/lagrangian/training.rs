@@ -31,7 +31,7 @@ pub struct TrainingOptions {
     pub weights: Weights,
     /// λ of (10).
     pub penalty: f64,
-    /// What goes on after Adam, in double precision.
+    /// Optimiser that continues after Adam, in double precision.
     pub polish_by: Polish,
     /// Steps of it at most.
     pub polish: usize,
@@ -39,7 +39,7 @@ pub struct TrainingOptions {
     pub polish_samples: usize,
 }
 
-/// What finds the last digits.
+/// Optimiser that refines the weights after Adam.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Polish {
@@ -52,7 +52,7 @@ pub enum Polish {
     },
 }
 
-/// What becomes of the step size.
+/// Schedule of the learning rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StepDecay {
@@ -213,7 +213,7 @@ fn polish(
     trained.is_finished = is_going_on;
 }
 
-/// What a file to go on from must have been written for.
+/// Identity of a training that a file to resume from must match: network, seed, options and data.
 fn identity(
     shape: &NetworkShape,
     [training, validation]: [&Samples; 2],

@@ -13,7 +13,7 @@ pub enum JointKind {
     Prismatic,
 }
 
-/// What a joint follows: `ratio` times the coordinate of another joint, plus `offset`.
+/// Coupling of a joint to another: `ratio` times the coordinate of that joint, plus `offset`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mimic {
     /// Name of the other joint.
@@ -24,7 +24,7 @@ pub struct Mimic {
     pub offset: f64,
 }
 
-/// What limits and resists the motion of a joint. Zero where the file says nothing.
+/// Limits and resistances of a joint's motion. Zero where the file says nothing.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Drive {
     /// Least and greatest coordinate [rad] or [m]; `None` for a joint that turns for ever.
@@ -77,7 +77,7 @@ pub struct FreeJoint {
     pub name: String,
     /// Where it was read.
     pub place: String,
-    /// What the file calls it: `floating`, `planar`, `free`.
+    /// Kind of the joint as the file names it: `floating`, `planar`, `free`.
     pub kind: String,
 }
 
@@ -90,7 +90,7 @@ pub(super) struct Description {
     pub sites: Vec<(String, usize, Pose<f64>)>,
     /// Joints of several degrees of freedom, which stand among `joints` as fixed ones.
     pub free: Vec<FreeJoint>,
-    /// What is wrong with a link, should it move.
+    /// Error in a link, by its number, raised should the link move.
     pub faults: Vec<(usize, BadInput)>,
     pub gravity: Vec3<f64>,
 }

@@ -155,7 +155,7 @@ impl Model {
         frames.fold(0.0, f64::max)
     }
 
-    /// What looks wrong in numbers that are possible: one sentence each.
+    /// Warnings about numbers that are possible but implausible: one sentence each.
     pub fn suspicions(&self) -> Vec<String> {
         let mut found = Vec::new();
         for joint in &self.joints {

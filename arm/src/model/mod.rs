@@ -41,19 +41,19 @@ pub struct Model {
     pub(crate) notes: Notes,
 }
 
-/// What whoever reads a robot should know of it.
+/// Notes of the reader on a robot: joints taken as fixed, and warnings.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Notes {
     /// Joints of several degrees of freedom that were taken as fixed.
     pub welded: Vec<FreeJoint>,
-    /// What was ignored or looks wrong, a sentence each.
+    /// Warnings of what was ignored or looks wrong, a sentence each.
     pub warnings: Vec<String>,
 }
 
-/// What holds a robot.
+/// Mounting of a robot's base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Base {
-    /// What the file says: a robot that floats is refused.
+    /// As the file says: a robot that floats is refused.
     #[default]
     AsInFile,
     /// The world: joints of several degrees of freedom are taken as fixed.
@@ -76,7 +76,7 @@ pub type Arguments = BTreeMap<String, String>;
 /// How a robot is read where there is a choice.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReadOptions {
-    /// What holds it.
+    /// Mounting of its base.
     pub base: Base,
     /// Which mass matrices it may have.
     pub masses: Masses,
@@ -101,7 +101,7 @@ pub struct Joint {
     pub drive: Drive,
     /// The joint that this one follows.
     pub follows: Option<Follower>,
-    /// What of the body is weightless.
+    /// Weightless part of the body.
     pub weightless: Weightless,
 }
 
@@ -222,12 +222,12 @@ impl Model {
         model.check_held().and_then(|()| model.check_definite(name)).map(|()| model)
     }
 
-    /// What the reader of URDF does with every element and attribute of that language, as a table in Markdown.
+    /// Table in Markdown of every element and attribute of URDF with its treatment by the reader.
     pub fn urdf_table() -> String {
         urdf::table()
     }
 
-    /// What the reader of MJCF does with every element and attribute of that language, as a table in Markdown.
+    /// Table in Markdown of every element and attribute of MJCF with its treatment by the reader.
     pub fn mjcf_table() -> String {
         mjcf::table()
     }
@@ -252,7 +252,7 @@ impl Model {
         }
     }
 
-    /// What whoever reads it should know.
+    /// Notes of the reader on the robot: joints taken as fixed, and warnings.
     pub fn notes(&self) -> &Notes {
         &self.notes
     }

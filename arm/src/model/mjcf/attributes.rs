@@ -10,8 +10,8 @@ use super::schema::{self, Entry, Use};
 /// Texts of attributes by name.
 type Values<'a> = BTreeMap<&'a str, &'a str>;
 
-/// What each class gives to the elements of each kind. A class has what its outer class had where it was defined, so that
-/// what many share is held once.
+/// Defaults of each class for the elements of each kind. A class has what its outer class had where it was
+/// defined, so that what many share is held once.
 #[derive(Debug, Default)]
 pub(super) struct Classes<'a> {
     by_name: BTreeMap<&'a str, BTreeMap<&'static str, Rc<Values<'a>>>>,

@@ -84,7 +84,8 @@ pub(super) struct Files {
     elements_left: usize,
 }
 
-/// What is being read: a file, where its lines begin, the folder that it is in, and how many files and elements are around it.
+/// Document being read: a file, where its lines begin, its folder, and how many files and elements enclose
+/// it.
 struct Source<'t> {
     file: Rc<str>,
     line_ends: &'t [usize],

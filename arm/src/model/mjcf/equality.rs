@@ -187,7 +187,7 @@ fn no_joint(element: &Element, name: &str) -> hysteron_base::BadInput {
 
 const OPENED: &str = "remove it, or set active=\"false\" in it, for the torques of the tree without it";
 
-/// What to do about a constraint that is refused.
+/// Hint for a constraint that is refused.
 fn way_out(element: &Element, source: &Source) -> &'static str {
     let names = ["body1", "body2"].map(|name| element.attribute(name));
     match names.into_iter().flatten().any(|name| is_mocap(source.root, name)) {

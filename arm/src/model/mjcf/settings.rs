@@ -1,4 +1,5 @@
-//! What `<compiler>`, `<option>` and `<flag>` say for the whole file: of several settings of one attribute the last holds.
+//! Settings of `<compiler>`, `<option>` and `<flag>` for the whole file: of several settings of one attribute
+//! the last holds.
 
 use std::collections::BTreeMap;
 
@@ -25,7 +26,7 @@ pub(super) enum InertiaSource {
     Geoms,
 }
 
-/// What the compiler does to all bodies of a file.
+/// Compiler settings for all bodies of a file.
 #[derive(Debug, Clone)]
 pub(super) struct Settings {
     /// rad for one unit of an angle.

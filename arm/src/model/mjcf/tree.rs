@@ -62,7 +62,7 @@ struct Waiting<'a> {
     carriers: Carriers,
 }
 
-/// What stands in a body, its frames and its replicas.
+/// Contents of a body, its frames and its replicas.
 #[derive(Default)]
 struct Contents<'a> {
     joints: Vec<(Hinge, Option<String>, String)>,
@@ -92,7 +92,7 @@ impl Placement {
     }
 }
 
-/// What the bodies of a robot come to.
+/// Links, joints, sites and masses collected from the bodies of a robot.
 #[derive(Default)]
 pub(super) struct Tree {
     /// The first document, and every attached one as often as it is.

@@ -24,7 +24,7 @@ use crate::spatial::{Inertia, Pose, Vec3};
 /// Standard gravity along −z, which URDF does not say [m/s²].
 const GRAVITY: Vec3<f64> = [0.0, 0.0, -9.81];
 
-/// What the reader does with every element and attribute, as a table in Markdown.
+/// Table in Markdown of every element and attribute with its treatment by the reader.
 pub(super) fn table() -> String {
     schema::table()
 }
@@ -72,7 +72,7 @@ pub(super) fn read(robot: &Element) -> Check<Model> {
     Ok(model)
 }
 
-/// What a link weighs, and what is wrong with that where it moves.
+/// Inertia of a link, and the error in it that counts where the link moves.
 fn inertia(link: &Element) -> Check<(Option<Inertia<f64>>, Option<BadInput>)> {
     let Some(inertial) = link.child("inertial")? else { return Ok((None, None)) };
     let part =

@@ -1,4 +1,5 @@
-//! What of URDF is read, what has no effect on the numbers that are computed, and what is done with the rest.
+//! Schema of URDF: what is read, what has no effect on the numbers that are computed, and what is done with
+//! the rest.
 //!
 //! An element or attribute that is not in the table is named once as ignored; one that is spelled almost like something that
 //! is read is an error, because whoever wrote it meant that.
@@ -91,7 +92,7 @@ pub(super) const ROBOT: Entry = Entry {
 /// Elements of xacro without the prefix that xacro asks for; they would be ignored in silence.
 const UNPREFIXED: [&str; 5] = ["include", "macro", "property", "if", "unless"];
 
-/// What is in none of the tables, one sentence for each kind.
+/// Warnings of elements and attributes in none of the tables, one sentence for each kind.
 ///
 /// # Errors
 /// `BadInput` for what is spelled almost like something that is read.
@@ -173,7 +174,7 @@ fn is_slip(typed: &str, known: &str) -> bool {
     }
 }
 
-/// What the reader does with every element and attribute, as a table in Markdown.
+/// Table in Markdown of every element and attribute with its treatment by the reader.
 pub(super) fn table() -> String {
     let mut rows = String::from("| element | attributes read | without effect |\n|---|---|---|\n");
     add_rows(&ROBOT, "", &mut rows);

@@ -113,7 +113,8 @@ impl Expander<'_> {
         Ok(evaluated)
     }
 
-    /// What must be there of the attributes of an element of xacro; any other is refused.
+    /// Value of the required attribute `name` of an element of xacro; any attribute but it and `others` is
+    /// refused.
     fn required<'e>(&self, element: &'e Element, name: &str, others: &[&str]) -> Check<&'e str> {
         self.known(element, &[&[name], others].concat())?;
         element.attribute(name).ok_or_else(|| element.error(&format!("an attribute {name}"), "none"))
@@ -348,7 +349,7 @@ impl Expander<'_> {
         Ok(())
     }
 
-    /// What a parameter is that the caller does not give.
+    /// Default value of a parameter that the caller does not give.
     fn default(&mut self, element: &Element, parameter: &Parameter) -> Check<Value> {
         if parameter.forwards {
             match self.scopes.property(&parameter.name) {

@@ -12,7 +12,7 @@ use super::value::Value;
 /// Properties that are looked up while another is.
 const MAX_CHAIN: usize = 32;
 
-/// What a property is.
+/// Content of a property.
 #[derive(Debug, Clone)]
 pub(super) enum Property {
     Value(Value),
@@ -274,7 +274,7 @@ impl Names for AtLevel<'_, '_> {
     }
 }
 
-/// The folder called `package` that holds `folder`, or stands beside one that does.
+/// The folder called `package` that holds `folder`, or stands next to one that does.
 fn package_folder(folder: &str, package: &str) -> Option<String> {
     let is_plain = !package.contains(['/', '\\']) && !package.starts_with('.');
     let folder = std::path::Path::new(folder).canonicalize().ok().filter(|_| is_plain)?;

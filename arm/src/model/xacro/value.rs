@@ -3,7 +3,7 @@
 use std::fmt;
 use std::rc::Rc;
 
-/// What an evaluation comes to, or what could not be evaluated, in words that follow "got".
+/// Result of an evaluation, or what could not be evaluated, in words that follow "got".
 pub(super) type Evaluated<T> = Result<T, String>;
 
 /// A number, a word or a list of values.
@@ -17,7 +17,7 @@ pub(super) enum Value {
 }
 
 impl Value {
-    /// What a property is whose text is `text`: a number or a truth value where it reads as one.
+    /// Value of a property whose text is `text`: a number or a truth value where it reads as one.
     pub fn literal(text: &str) -> Self {
         if let Some(inner) = text.strip_prefix('\'').and_then(|rest| rest.strip_suffix('\'')) {
             return Self::Text(inner.into());

@@ -18,7 +18,7 @@ use std::sync::LazyLock;
 use super::super::xml::Check;
 use super::element::{Element, brief};
 
-/// What an element or attribute is to the reader.
+/// Treatment of an element or attribute by the reader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Use {
     /// It enters the robot.
@@ -82,7 +82,7 @@ pub(super) fn child(parent: &Entry, tag: &str) -> Option<&'static Entry> {
     INDEX.children.get(&(parent.id, tag)).copied()
 }
 
-/// What the attribute `name` of `entry` is; `None` where it has none of that name.
+/// Treatment of the attribute `name` of `entry`; `None` where it has none of that name.
 pub(super) fn attribute(entry: &Entry, name: &str) -> Option<Use> {
     INDEX.attributes.get(&(entry.id, name)).copied()
 }
