@@ -95,7 +95,7 @@ struct Metrics<'a> {
     found: Found<'a>,
     recordings: &'a [hysteron_twin::residual::MotionErrors],
     options: &'a AdaptOptions,
-    /// What its recordings leave in doubt.
+    /// Warnings of the checks of the recordings.
     recording_warnings: &'a Findings,
     command: String,
     commit: &'static str,
@@ -179,7 +179,7 @@ fn judged(adapted: &Adapted) -> Verdict {
     verdict::repeated(judged, adapted.blocks.len(), "block that was held out").verdict()
 }
 
-/// What would be kept, in words.
+/// Description of the parts that would be kept.
 fn words(kept: Kept) -> &'static str {
     match kept {
         Kept::Nothing => "nothing new",

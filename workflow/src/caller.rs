@@ -39,13 +39,13 @@ pub trait Progress: Send + Sync {
     fn set_position(&self, n: u64);
     /// So many are to be done.
     fn set_length(&self, n: u64);
-    /// What stands behind the count.
+    /// Sets the message behind the count.
     fn set_message(&self, message: String);
     /// It is over.
     fn finish(&self);
 }
 
-/// What a verb knows of whoever runs it.
+/// Context in which a verb runs.
 pub struct Caller<'a> {
     /// Hears how far it is.
     pub monitor: &'a dyn Monitor,

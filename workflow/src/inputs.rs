@@ -13,7 +13,7 @@ pub struct Input {
     pub path: PathBuf,
     /// SHA-256 of the file.
     pub hash: String,
-    /// What it holds.
+    /// Recording in the file.
     pub recording: Recording,
 }
 
@@ -87,7 +87,7 @@ fn in_folder(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// What a recording is for in its plan: `training`, `validation`, `out_of_range`; empty where it does not say.
+/// Role of a recording in its plan: `training`, `validation`, `out_of_range`; empty where it is not given.
 pub fn role(meta: &Metadata) -> &str {
     meta.extra.get("plan.role").map_or("", String::as_str)
 }

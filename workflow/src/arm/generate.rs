@@ -42,11 +42,11 @@ pub struct Options {
     pub trajectories: Option<usize>,
 }
 
-/// What a recording says of the program that simulated it: another physics makes other data.
+/// Metadata key and version of the simulation model: recordings of another version differ in their physics.
 const MODEL: (&str, &str) = ("virtual_arm_model", "2");
 /// Copy of the arm's file, beside the data.
 const ARM: &str = "arm.toml";
-/// What every page of it says.
+/// Introduction on every page of the data set.
 const ABOUT: &str = "Virtual arm, stand-in for NAD: simulated with the tasks, channels, rates and quantisation of that data set, not \
                      measured on a robot. Channels truth_* are known to the simulation alone and are no inputs.";
 

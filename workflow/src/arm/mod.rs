@@ -108,7 +108,7 @@ pub fn file_of(text: &str) -> Option<&str> {
     Some(text).filter(|text| Path::new(text).exists())
 }
 
-/// What a verb reads of a robot: its file, if it is not built in.
+/// Input files of a robot: its file, if it is not built in.
 pub fn reads(text: &str) -> Outputs {
     Outputs::reading(file_of(text))
 }

@@ -348,7 +348,7 @@ fn trained(options: &Options) -> NeuralOptions {
     }
 }
 
-/// What all recordings have: motors, and a gripper as the last of them where they know its aperture.
+/// Features common to all recordings: motors, and a gripper as the last of them where its aperture is known.
 pub(super) fn features_of(named: &[Named]) -> anyhow::Result<Features> {
     let motors = |one: &Named| -> anyhow::Result<usize> {
         let within = |bad: BadInput| bad.within(one.path.display());
@@ -394,7 +394,7 @@ fn names(named: &[Named]) -> Vec<String> {
     named.iter().map(|one| format!("{} ({} rows)", one.path.display(), one.recording.n_samples())).collect()
 }
 
-/// What is known of labels before anything is trained.
+/// Prints a summary of the labels before training.
 fn say_data(training: &[Trajectory], validation: &[Trajectory], n_parameters: usize, caller: &Caller) {
     let rows: usize = training.iter().map(Trajectory::len).sum();
     let labelled = training.iter().flat_map(|one| &one.force).filter(|force| force.is_some()).count();

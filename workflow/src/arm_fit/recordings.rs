@@ -8,7 +8,7 @@ use hysteron_base::{BadInput, Recording};
 
 use crate::recording_checks::{self, Findings};
 
-/// What a recording is for.
+/// Role of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Role {
     Training,
@@ -119,7 +119,7 @@ pub(super) fn checked(named: &[Named], model: &Model, purpose: Purpose) -> anyho
     recording_checks::of_named(&recordings.collect::<Vec<_>>(), &context)
 }
 
-/// What a file is for, by its folders, and the folders of subset and task; `None` where no folder says it.
+/// Role of a file, by its folders, and the folders of subset and task; `None` where no folder gives a role.
 pub(crate) fn role_and_task(path: &Path) -> Option<(Role, String)> {
     let parts: Vec<String> = path.iter().map(|part| part.to_string_lossy().into_owned()).collect();
     split_of(&parts)

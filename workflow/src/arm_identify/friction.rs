@@ -167,7 +167,7 @@ fn checked(options: &Options) -> anyhow::Result<FrictionMethod> {
     Ok(method)
 }
 
-/// What speaks against the recordings, and what to record instead.
+/// Warnings about the recordings, with advice on what to record instead.
 fn warnings(velocity: &[f64], torque: &[f64], rows: &[Row]) -> Vec<String> {
     let n = velocity.len() as f64;
     let mut warnings = Vec::new();

@@ -194,7 +194,7 @@ fn responds(fit: &BodyFit, [fitted, held]: [&Vec<JointMotion>; 2], caller: &Call
     }))
 }
 
-/// What the figures need of every joint.
+/// Series of every joint for the figures.
 fn joints(fit: &BodyFit, motion: &JointMotion, width: f64) -> Vec<figures::JointSeries> {
     let n = motion.n_joints;
     let torques = fit.torques(motion);

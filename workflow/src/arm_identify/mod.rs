@@ -22,7 +22,7 @@ use crate::{COMMIT, Caller, arm};
 /// Order of the low pass of motions.
 const ORDER: usize = 4;
 
-/// What belongs to every joint besides its body.
+/// Parameters of every joint in addition to those of its body.
 pub const TERMS: [JointTerm; 5] =
     [JointTerm::Armature, JointTerm::Coulomb, JointTerm::Viscous, JointTerm::Offset, JointTerm::Spring];
 
@@ -58,7 +58,7 @@ impl Results {
     }
 }
 
-/// What was found, and what its recordings leave in doubt.
+/// Result of an identification, and the warnings of its recordings.
 pub(crate) struct Summary {
     /// Every number, the doubts among them: `metrics.json`.
     pub value: Value,
@@ -80,7 +80,7 @@ impl Summary {
 
 /// Name of a servo's torque at full load, as it is found where tensions are known.
 pub(crate) const LOAD_SCALE: &str = "load_scale_n_m";
-/// What such a file says that it is.
+/// Format name in such a file.
 pub(crate) const IDENTIFICATION: &str = "hysteron-identification";
 
 /// A number that was found.
@@ -92,7 +92,7 @@ pub(crate) struct Row {
     pub value: f64,
     /// Standard error, where there is one.
     pub standard_error: Option<f64>,
-    /// What the data says of it.
+    /// Note on how well the data determine it.
     pub note: String,
     /// The same as a fit has it.
     pub standing: Standing,

@@ -9,7 +9,7 @@ use super::Options;
 use crate::arm::meta;
 use crate::{Caller, arm_estimation_figures, identification_study_figures};
 
-/// What a study comes to; `None` where it was interrupted.
+/// Result of a study; `None` where it was interrupted.
 type Found = anyhow::Result<Option<Value>>;
 
 /// Friction, external torques and collisions of the SCARA; one seed, the number of seeds times four trials and three stretches.

@@ -62,7 +62,7 @@ pub(super) fn run(
     }
 }
 
-/// What an individual arm records: contact-free training, contact-free tests, tests with objects.
+/// Recordings of an individual arm: contact-free training, contact-free tests, tests with objects.
 fn recorded(general: &VirtualArm, seed: u64) -> Found<ForceData> {
     let arm = general.individual(seed);
     let is_training =

@@ -121,7 +121,7 @@ fn is_simulated(options: &Options) -> bool {
     options.set == SetName::Simulated && !options.published
 }
 
-/// What stands between the layers.
+/// Activation between the layers.
 fn activation(options: &Options) -> Activation {
     match options.activation {
         Some(ActivationName::Relu) => Activation::Relu,

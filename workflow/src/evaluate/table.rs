@@ -37,7 +37,7 @@ pub struct Metric {
     of: fn(&TrackingScore) -> Option<f64>,
 }
 
-/// What is shown, in order.
+/// Metrics of the table, in order.
 pub const METRICS: [Metric; 8] = [
     metric("RMSE [mm]", "rmse_m", 1e3, 3, |score| Some(score.rmse_m)),
     metric("NRMSE [%]", "nrmse", 100.0, 2, |score| score.nrmse),

@@ -1,4 +1,4 @@
-//! What a fit came to, in words.
+//! Outcome of a material fit, in words.
 
 use hysteron_base::Scene;
 use hysteron_report::verdict::{Criterion, Verdict};
@@ -12,13 +12,13 @@ use crate::verdict::{Judged, Kind, parameters};
 pub(crate) struct Outcome<'a> {
     /// The scene as given.
     pub scene: &'a Scene,
-    /// What was compared.
+    /// Motions that were compared.
     pub motions: &'a [Motion],
-    /// What was fitted.
+    /// Parameters that were fitted.
     pub selected: &'a [Selected],
     /// The outcome.
     pub found: &'a MaterialFit,
-    /// What the recordings leave in doubt.
+    /// Warnings of the checks of the recordings.
     pub findings: &'a Findings,
     /// Time it took [s].
     pub wall_s: f64,
@@ -88,7 +88,7 @@ impl Outcome<'_> {
             .verdict()
     }
 
-    /// What speaks against the outcome, and what else would explain the errors that are left.
+    /// Warnings about the outcome, and other explanations of the remaining errors.
     pub fn doubts(&self) -> Vec<String> {
         let mut doubts = Vec::new();
         let at_bound = |estimate: &&hysteron_twin::fit::Estimate| estimate.standing == Standing::AtBound;
@@ -116,7 +116,7 @@ impl Outcome<'_> {
     }
 }
 
-/// What follows where the data do not determine a quantity.
+/// Consequence for the user where the data do not determine a quantity.
 fn consequence(quantity: &str) -> Option<&'static str> {
     match quantity {
         "youngs_modulus" => Some(
@@ -135,7 +135,7 @@ pub fn digits(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// What became of a parameter, for a reader.
+/// Identifiability of a parameter, in words.
 pub fn standing(standing: &Standing) -> String {
     match standing {
         Standing::Fitted => "fitted".into(),

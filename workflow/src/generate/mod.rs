@@ -51,7 +51,7 @@ pub struct Options {
     pub png: bool,
 }
 
-/// What is carried out where no plan is named.
+/// Plan that is used where none is named.
 const DEFAULT_PLAN: &str = "synthetic";
 /// Copy of the plan, beside the data.
 const PLAN: &str = "plan.toml";
@@ -167,7 +167,7 @@ fn planned(
     Ok((plan, text, Some(Scaled { scale, range })))
 }
 
-/// What is read, and what will be written: not what is there already.
+/// Input files, and the output files that do not exist yet.
 fn outputs(
     options: &Options,
     scene: &Scene,

@@ -1,4 +1,4 @@
-//! What servos were like when they were good: an earlier report, or what `hysteron identify-servo` found.
+//! Baseline of servos in good condition: an earlier report, or the output of `hysteron identify-servo`.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::{Estimate, Numbers};
 
-/// What servos are compared with.
+/// Baseline that servos are compared with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Baseline {
     /// The file that it comes from.

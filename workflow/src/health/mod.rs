@@ -37,7 +37,7 @@ pub struct Estimate {
     pub standard_error: f64,
 }
 
-/// What is watched of a servo.
+/// Monitored quantity of a servo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Dry friction while it pulls, as a part of its full load [%].

@@ -38,7 +38,7 @@ pub(super) struct Source<'a> {
     period: f64,
 }
 
-/// What was found in a window.
+/// Results of one window.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Window {
     /// Recorded time, one recording after the other [s].
@@ -176,7 +176,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// What is kept of the heat in a recording's metadata.
+/// Temperatures in a recording's metadata [°C].
 #[derive(Deserialize)]
 struct Stats {
     #[serde(default)]

@@ -114,7 +114,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     Ok(value)
 }
 
-/// What is read, and what will be written: not what is there already.
+/// Input files, and the output files that do not exist yet.
 fn outputs(options: &Options, scene: &Scene, [there, missing]: [&[Job]; 2]) -> Outputs {
     let outputs = Outputs::reading(there.iter().chain(missing).map(|job| &job.input.path))
         .scene(&options.scene, scene)
@@ -160,7 +160,7 @@ fn carry_out<'a>(
     Ok(rows.into_iter().flatten().collect())
 }
 
-/// What is to be done, and why other recordings are left out.
+/// Jobs to run, and the reasons why other recordings are left out.
 fn jobs(
     options: &Options,
     scene: &Scene,

@@ -1,4 +1,4 @@
-//! What identifications came to, for the terminal and the report.
+//! Results of identifications, for the terminal and the report.
 
 use crate::Caller;
 use std::path::Path;
@@ -12,7 +12,7 @@ use serde::Serialize;
 pub struct Row {
     /// Its name.
     pub name: String,
-    /// What it came to.
+    /// Result of its identification.
     #[serde(flatten)]
     pub summary: Summary,
 }

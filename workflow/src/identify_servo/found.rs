@@ -1,4 +1,4 @@
-//! What was found of a servo.
+//! Result of identifying a servo.
 
 use hysteron_actuator::identify::{Backlash, PulleyFit};
 use hysteron_actuator::law::{JointFriction, Law, Sliding};
@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::arm_identify::{Row, deviation, judged, rows_json};
 use crate::verdict::{Judged, parameters};
 
-/// What was found of a servo, or why nothing was.
+/// Result of identifying a servo, or the reason why there is none.
 pub(crate) struct Found {
     /// Number, from 1.
     pub number: usize,

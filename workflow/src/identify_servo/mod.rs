@@ -56,7 +56,7 @@ pub struct Options {
     pub results: Results,
 }
 
-/// What one servo did in one recording, positive where it pulls.
+/// Motion of one servo in one recording, positive where it pulls.
 struct Course {
     angle: Vec<f64>,
     load: Vec<f64>,

@@ -1,4 +1,4 @@
-//! What may be asked of an import.
+//! Options of an import.
 
 use std::path::PathBuf;
 

@@ -23,7 +23,7 @@ const MOST_RATE_OFF: f64 = 0.1;
 /// Measured quantities of every motor in a row: q, goal, dq, current, voltage, temperature, pwm.
 const QUANTITIES: usize = 7;
 
-/// What is computed row by row, and how long that took.
+/// State of the estimation row by row, with its computing times.
 struct Live<'m> {
     estimator: Estimator<'m>,
     motors: usize,
@@ -116,7 +116,7 @@ pub(super) fn run(
     Ok(summary)
 }
 
-/// What times do not exceed [ms].
+/// Percentiles of times [ms].
 fn percentiles(times: &Histogram) -> Value {
     json!({
         "median": 1e3 * times.percentile(0.5), "p95": 1e3 * times.percentile(0.95),

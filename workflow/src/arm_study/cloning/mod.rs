@@ -49,7 +49,7 @@ const EPOCHS: usize = 60;
 const BATCH: usize = 64;
 const RATE: f64 = 2e-3;
 
-/// What a policy observes beside plan and positions.
+/// Observation of a policy in addition to plan and positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Observed {
     /// Nothing.
@@ -212,7 +212,7 @@ impl<'m> Senses<'m> {
     }
 }
 
-/// What the expert does at a reading.
+/// One reading of a demonstration, and the expert's action at it.
 struct Step {
     reading: Reading,
     planned: [f64; N_SERVOS],
@@ -293,7 +293,7 @@ impl Objective<f32> for Imitation<'_> {
     }
 }
 
-/// What is studied, and how much of it.
+/// Setting of the study, and its size.
 struct Study<'a> {
     arm: VirtualArm,
     estimator: Option<Estimator<'a>>,
@@ -375,7 +375,7 @@ impl Study<'_> {
         (0..self.trials).map(one).collect()
     }
 
-    /// What the expert does, demonstration by demonstration.
+    /// Steps of the expert, demonstration by demonstration.
     fn demonstrated(&self, task: Task, seed: u64, set: usize) -> Vec<Vec<Step>> {
         let one = |number: usize| {
             let trial = Trial::draw(&self.arm, task, &format!("demonstration-{seed}-{set}"), number);

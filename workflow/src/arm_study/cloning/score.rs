@@ -5,7 +5,7 @@ use serde::Serialize;
 /// 1.96: 95 % of the normal distribution.
 const Z: f64 = 1.959_963_985;
 
-/// What is to be done with the object.
+/// Task with the object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Task {
@@ -18,9 +18,9 @@ pub enum Task {
 /// One row of the table.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
-    /// What is done.
+    /// Task of the trials.
     pub task: Task,
-    /// What is observed; none for the expert and for goals that do not lead.
+    /// Observation of the policy; none for the expert and for goals that do not lead.
     pub method: String,
     /// Trials and successes.
     pub trials: usize,
