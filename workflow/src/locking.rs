@@ -1,4 +1,4 @@
-//! What linear tetrahedra lose on a robot, in the words of a verb.
+//! Locking of linear tetrahedra on a robot, as verbs report it.
 
 use hysteron_base::{Drive, Scene};
 use hysteron_fem::{Cells, Mesh};
@@ -130,7 +130,7 @@ impl Estimator {
         found
     }
 
-    /// What is known of the robot whatever it does.
+    /// Locking estimate of the robot, for all its commands.
     pub fn estimate(&self) -> &LockingEstimate {
         &self.estimate
     }

@@ -58,7 +58,7 @@ impl Network {
     }
 }
 
-/// What stands for the robot: its twin with the network, or where there is none the bare one; at rest.
+/// Model of the robot, at rest: its twin with the network, or without a network the uncorrected twin.
 pub fn plant<'a>(
     network: Option<&'a Network>,
     twin: &'a Twin,

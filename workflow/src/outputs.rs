@@ -1,4 +1,5 @@
-//! What a command may write over: what it would itself have made from the same arguments, and nothing else.
+//! Files that a command may overwrite: those that it would itself have made from the same arguments, and no
+//! others.
 //!
 //! A verb says what it reads and what it will write before it works. Files are told apart by what they are on the disk,
 //! not by their names, so links and other spellings are seen through. Whether a file is the verb's own stands in the
@@ -23,7 +24,7 @@ const REPORT: [&str; 2] = ["report.html", "metrics.json"];
 const WHERE: [&str; 5] = ["--out", "--figures", "--vtu", "--vtu-every", "--save-state"];
 const HOW: [&str; 3] = ["--png", "--resume", "--overwrite"];
 
-/// What a command reads and what it will write.
+/// Files that a command reads and those that it will write.
 #[derive(Debug, Default)]
 pub struct Outputs {
     reads: Vec<PathBuf>,

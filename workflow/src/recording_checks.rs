@@ -1,4 +1,4 @@
-//! What every verb that fits, learns or scores does first: the checks of its recordings, printed before it works.
+//! Checks of the recordings of every verb that fits, learns or scores, printed before it works.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,8 @@ use crate::inputs::Input;
 /// Most findings that are printed one by one; the rest stands in `metrics.json`.
 const MAX_PRINTED: usize = 12;
 
-/// What was found in the recordings of a verb, none of it an error: `recording_warnings` of its result, and a section of its page.
+/// Warnings about the recordings of a verb, none of them an error: `recording_warnings` of its result, and a
+/// section of its page.
 #[derive(Debug, Serialize)]
 #[serde(transparent)]
 pub(crate) struct Findings(Vec<Warning>);
@@ -121,7 +122,7 @@ pub(crate) fn name_of(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// What a twin says of the recordings of its robot.
+/// Context that a twin gives to the checks of its robot's recordings.
 pub(crate) fn context_of(twin: &Twin, purpose: Purpose) -> CheckContext<'static> {
     CheckContext { body_length: Some(body_length(twin)), ..CheckContext::new(purpose) }
 }

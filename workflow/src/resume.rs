@@ -1,4 +1,4 @@
-//! What a training that was interrupted leaves beside its checkpoint.
+//! Files that an interrupted training leaves next to its checkpoint.
 
 use crate::Caller;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ impl Unfinished {
         Self { out: out.to_owned(), files }
     }
 
-    /// What to say where the training has ended before there was a checkpoint to write.
+    /// Error of a training that ended before there was a checkpoint to write.
     pub fn nothing_written(&self) -> anyhow::Error {
         anyhow::anyhow!(
             "interrupted; nothing is written but the files of the training; the same command {}",
@@ -27,7 +27,7 @@ impl Unfinished {
         )
     }
 
-    /// What the same command does next.
+    /// Description of the next step of the same command.
     fn then(&self) -> String {
         let there = self.files.iter().filter(|file| file.exists());
         let names: Vec<String> = there.map(|file| file.display().to_string()).collect();

@@ -8,7 +8,7 @@ use hysteron_base::{BadInput, file};
 use crate::Caller;
 use crate::outputs::SIGNATURE;
 
-/// What of a robot is written.
+/// Part of a robot to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// All of it.

@@ -1,4 +1,4 @@
-//! What the estimates of a fit say for or against its use; the limits stand in `hysteron_report::verdict`.
+//! Assessment of a fit's estimates for and against its use; the limits stand in `hysteron_report::verdict`.
 
 use hysteron_fit::{Estimate, Standing};
 use hysteron_report::verdict::{Criterion, Judgement, Reason, Verdict};
@@ -11,11 +11,11 @@ pub struct Judged<'a> {
     pub value: f64,
     /// Its standard error, where it has one.
     pub standard_error: Option<f64>,
-    /// What became of it.
+    /// Identifiability of the parameter.
     pub standing: &'a Standing,
     /// Of a size the standard error is held against it.
     pub kind: Kind,
-    /// What follows where the data do not determine it.
+    /// Consequence where the data do not determine it.
     pub consequence: Option<&'static str>,
 }
 

@@ -18,7 +18,8 @@ use hysteron_rig::teleoperation::ArmsConfig;
 
 use crate::Caller;
 
-/// What the run says when it has dealt with the torque itself, and the watchdog process when it has read the file.
+/// Signal of the run that it has dealt with the torque itself, and of the watchdog process that it has read
+/// the file.
 const ALL_IS_WELL: u8 = b'.';
 /// How long to go on trying to switch the torque off.
 const PATIENCE_S: f64 = 10.0;
@@ -36,8 +37,8 @@ fn servos_of(path: &Path) -> anyhow::Result<(ServoConfig, Vec<u8>)> {
     })
 }
 
-/// What the watchdog process does: waits until stdin closes and, unless all was well, switches the torque off of the servos
-/// that a file of a rig, or of two arms, drives.
+/// Runs the watchdog process: waits until stdin closes and, unless all was well, switches the torque off of
+/// the servos that a file of a rig, or of two arms, drives.
 ///
 /// # Errors
 /// `BadInput` naming what is wrong in the file; a failure where the torque could not be switched off.

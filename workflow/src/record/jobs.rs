@@ -1,4 +1,4 @@
-//! What is to be recorded: the trajectories of a plan, or strokes from files; checked before anything moves.
+//! Recording jobs: the trajectories of a plan, or strokes from files; checked before anything moves.
 
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,7 @@ pub struct Job {
     pub order: usize,
     /// Name of the trajectory.
     pub name: String,
-    /// What it is for; empty where nobody said.
+    /// Role of the recording; empty where it is not given.
     pub role: String,
     /// Samples per second [Hz].
     pub rate_hz: f64,

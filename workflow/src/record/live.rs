@@ -14,7 +14,7 @@ use crate::Caller;
 use crate::sense::live::{LiveSensing, Pace};
 use crate::watchdog::Watched;
 
-/// What is to be recorded, and how.
+/// Recording jobs and their options.
 pub struct Work<'a> {
     pub options: &'a Options,
     pub jobs: &'a [Job],
@@ -52,7 +52,7 @@ pub fn record(
     ended
 }
 
-/// What all trajectories of a run have in common.
+/// Settings common to all trajectories of a run.
 struct Run<'a> {
     rig: &'a RigConfig,
     calibration: &'a Calibration,

@@ -1,4 +1,4 @@
-//! What became of a trajectory, and what earlier runs have left of it.
+//! Outcome of a trajectory, and partial files of earlier runs.
 
 use std::path::Path;
 

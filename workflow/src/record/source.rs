@@ -28,7 +28,7 @@ pub enum Source {
         robot: Box<VirtualRobot>,
         /// The file of the robot, or of the one whose population it is from.
         text: String,
-        /// What it is called.
+        /// Name of the robot.
         name: String,
         /// SHA-256 of that file and of the member of its population.
         hash: String,
@@ -71,7 +71,7 @@ impl Source {
         Ok(Self::Virtual { rig, robot: Box::new(robot), text, name: name.to_owned(), hash })
     }
 
-    /// What is written on the rig's file.
+    /// Configuration of the rig.
     pub fn rig(&self) -> &RigConfig {
         match self {
             Self::Live { rig, .. } | Self::Virtual { rig, .. } => rig,
@@ -95,7 +95,7 @@ impl Source {
         Ok(path.map(|path| Calibration::read(&path, self.rig())).transpose()?)
     }
 
-    /// What tells the recordings of this rig from those of another: metadata keys and their values.
+    /// Identity of the rig in its recordings: metadata keys and their values.
     pub fn identity(&self, seed: u64, calibration: Option<&Calibration>) -> Vec<(&'static str, String)> {
         let mut identity = vec![("rig.sha256", self.rig().hash.clone())];
         if let Self::Virtual { hash, .. } = self {

@@ -1,4 +1,4 @@
-//! What a recording session came to, for the terminal, the report and `metrics.json`.
+//! Summary of a recording session, for the terminal, the report and `metrics.json`.
 
 use std::path::{Path, PathBuf};
 
@@ -34,7 +34,7 @@ pub struct RecordedTrajectory {
 }
 
 impl RecordedTrajectory {
-    /// What [`RecordedTrajectory::cells`] shows.
+    /// Headings of [`RecordedTrajectory::cells`].
     pub const HEADINGS: [&'static str; 7] = [
         "Trajectory",
         "Role",

@@ -1,4 +1,4 @@
-//! What pushes a simulated robot's tip while it is recorded.
+//! External force on a simulated robot's tip while it is recorded.
 
 use std::path::Path;
 

@@ -109,7 +109,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     Ok(Outcome { channels: channels.collect(), calibration: out })
 }
 
-/// What the servos' registers are compared with: what the calibration before stored, or the factory's values.
+/// Reference for the servos' registers: the values of the calibration before, or the factory's.
 fn expected_registers(options: &Options, before: Option<&Calibration>) -> RegisterBaseline {
     match before {
         _ if options.keep_registers => RegisterBaseline::AsFound,

@@ -155,8 +155,8 @@ fn print_ports(caller: &Caller) -> anyhow::Result<Vec<Port>> {
     Ok(ports.iter().map(port).collect())
 }
 
-/// What the registers of a rig's servos are compared with: what its calibration stored; before there is one, the
-/// factory's values.
+/// Reference for the registers of a rig's servos: the values that its calibration stored; before there is
+/// one, the factory's.
 fn expected_registers(options: &Options, rig: &RigConfig) -> anyhow::Result<RegisterBaseline> {
     let path = options.calibration.as_ref().unwrap_or(&rig.calibration.file);
     if options.calibration.is_none() && !path.exists() {

@@ -89,7 +89,7 @@ impl Preset {
 const LONGEST: f64 = 31_536_000.0;
 /// Most faults that are drawn.
 const MOST_FAULTS: u32 = 100_000;
-/// What the tracker calls the tip; as in the rig file.
+/// Name of the tip in the tracker; as in the rig file.
 const TRACKER_DEVICE: &str = "Tip";
 /// Its clock started before this program [s].
 const TRACKER_OFFSET: f64 = 1000.0;
@@ -159,14 +159,14 @@ fn serve_poses(options: &Options, emulator: &Emulator) -> anyhow::Result<(PoseDe
 
 /// Name of the rig file in the folder of an emulator.
 const RIG_FILE: &str = "rig.toml";
-/// What the preset's rig file says for hardware, and what an emulator's says instead: it shares a computer with whoever
-/// asks it, and what keeps that busy is no fault of the servos.
+/// Timing lines of the preset's rig file for hardware, each with its replacement for an emulator: it shares a
+/// computer with its clients, and a delay of that computer is no fault of the servos.
 pub(crate) const PATIENT: [(&str, &str); 3] = [
     ("reply_timeout_ms = 4.0", "reply_timeout_ms = 100.0"),
     ("bus_watchdog_ms = 200.0", "bus_watchdog_ms = 2540.0"),
     ("stale_ms = 300.0", "stale_ms = 2000.0"),
 ];
-/// What differs between runs of one emulator.
+/// Keys that differ between runs of one emulator.
 const OF_A_RUN: [&str; 2] = ["address = ", "baud = "];
 
 /// Refuses a folder whose rig file is not one that this emulator would write: it is somebody else's.

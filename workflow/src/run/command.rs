@@ -12,7 +12,7 @@ use hysteron_twin::{Target, TendonSpec, Twin, TwinState};
 
 use super::goals::Goals;
 
-/// What one tendon follows.
+/// Prescribed course of one tendon.
 #[derive(Debug, Clone)]
 enum Course<'a> {
     Strokes(&'a [f64]),
@@ -147,7 +147,7 @@ impl<'a> Command<'a> {
         })
     }
 
-    /// What the primary tendons are told in sample `row`, for a message.
+    /// Description of the command of the primary tendons in sample `row`, for a message.
     pub fn describe(&self, twin: &Twin, row: usize) -> String {
         let of = |j: usize| {
             let name = &twin.tendons[j].name;

@@ -69,7 +69,7 @@ pub struct RunOptions {
     pub save_state: Option<PathBuf>,
 }
 
-/// What moves the robot from sample to sample.
+/// Model that moves the robot from sample to sample.
 enum Driver<'a, 'b> {
     Stepper(Box<Stepper>),
     Network(&'a mut Residual<'b>),
@@ -344,7 +344,7 @@ fn stopped(
     }
 }
 
-/// What a run reads and what it may write, whole or partial.
+/// Files that a run reads and those that it may write, whole or partial.
 fn outputs(
     options: &RunOptions,
     scene: &Scene,
@@ -411,7 +411,7 @@ fn sample_duration(samples: &Recording, input: &Path) -> Result<f64, BadInput> {
     })
 }
 
-/// What the recording says about itself.
+/// Metadata of the recording: its provenance.
 fn provenance(scene: &Scene, task: Task, input: &Path, caller: &Caller) -> anyhow::Result<Metadata> {
     let hash = file::sha256_hex(&file::read_bytes(input)?);
     let mut extra = BTreeMap::from([(format!("{}_sha256", task.input()), hash)]);

@@ -85,7 +85,7 @@ impl Outcome {
     }
 }
 
-/// What the robot does with the samples of a recording.
+/// Task of the robot for the samples of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Task {
     /// It follows their strokes or tensions.
@@ -95,7 +95,7 @@ pub enum Task {
 }
 
 impl Task {
-    /// What a reader calls the run.
+    /// Title of the run, for a reader.
     pub fn title(self) -> &'static str {
         match self {
             Self::Simulate => "simulation",
@@ -103,7 +103,7 @@ impl Task {
         }
     }
 
-    /// What the recording that goes in is for: name of its option, and part of its key in the metadata.
+    /// Role of the input recording: name of its option, and part of its key in the metadata.
     pub(super) fn input(self) -> &'static str {
         match self {
             Self::Simulate => "strokes",
@@ -114,13 +114,13 @@ impl Task {
 
 /// Everything a figure or report may show.
 pub struct Run<'a> {
-    /// What it was for.
+    /// Task of the run.
     pub task: Task,
     /// The robot.
     pub twin: &'a Twin,
     /// The scene it was made from.
     pub scene: &'a Scene,
-    /// What was recorded.
+    /// Recording of the run.
     pub recording: &'a Recording,
     /// Where the tip was to go, if that was asked.
     pub goals: Option<&'a Goals<'a>>,

@@ -38,7 +38,7 @@ impl<'a> Residual<'a> {
         self.extrapolating.iter().sum::<f64>() / self.extrapolating.len().max(1) as f64
     }
 
-    /// What is recorded beside the twin's motion: `aux_kk_m` and `extrapolating`, the first `n` samples.
+    /// Channels recorded next to the twin's motion: `aux_kk_m` and `extrapolating`, the first `n` samples.
     pub fn into_channels(self, n: usize) -> Vec<Channel> {
         let first = |mut values: Vec<f64>| {
             values.truncate(n);

@@ -9,7 +9,8 @@ use hysteron_twin::{Twin, TwinState};
 /// The file of a series that lists its pictures, and says by which program they are.
 const LIST: &str = "robot.pvd";
 
-/// What a series in this folder would replace: its list; or where there is none, pictures of somebody else.
+/// Files in this folder that a series would replace: its list; or where there is none, pictures of another
+/// origin.
 pub fn there(folder: &Path) -> Vec<PathBuf> {
     let list = folder.join(LIST);
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());

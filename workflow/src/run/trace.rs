@@ -1,4 +1,4 @@
-//! What a run records, sample by sample.
+//! Recording of a run, sample by sample.
 //!
 //! Columns: `stroke_k_m` as commanded (as measured for a tendon without a commanded stroke), `measured_stroke_k_m`
 //! and `tension_k_n` of every primary tendon, `tip_x_m tip_y_m tip_z_m`. Auxiliary tendons appear (`aux_kk_m`, and

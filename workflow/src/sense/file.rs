@@ -19,7 +19,7 @@ pub struct Robot<'a> {
     pub network: Option<&'a str>,
 }
 
-/// What stands in the file.
+/// Content of the file.
 pub fn value(sensor: &ForceSensor, robot: &Robot, recordings: Value, caller: &Caller) -> Value {
     json!({
         "format": FORMAT, "version": VERSION, "sensor": sensor, "scene_sha256": robot.scene,

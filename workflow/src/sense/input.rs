@@ -96,7 +96,7 @@ impl Input {
         Ok(Observed { name: self.name.clone(), samples })
     }
 
-    /// What was commanded and measured in a sample.
+    /// Commands and measurements of sample `i`.
     pub fn sample(&self, i: usize) -> SenseSample<'_> {
         SenseSample {
             strokes: self.motion.strokes_at(i),

@@ -49,7 +49,7 @@ const QUEUE: usize = 1000;
 /// How far sensing may lag behind the robot where it is to stop it [s].
 const LAG_MAX: f64 = 0.3;
 
-/// What is needed to sense a robot while it is recorded.
+/// Twin, network, sensor and options for sensing a robot while it is recorded.
 #[derive(Clone)]
 pub struct LiveSensing {
     options: LiveOptions,
@@ -170,7 +170,7 @@ struct Row {
     values: Vec<f64>,
 }
 
-/// What was told of one.
+/// Estimate for one sample.
 #[derive(Debug)]
 struct Told {
     time: f64,
@@ -322,7 +322,7 @@ impl Supervisor for Live {
 }
 
 impl Live {
-    /// What has been told next; a simulated rig waits for it.
+    /// Next estimate; a simulated rig waits for it.
     fn next(&mut self) -> Option<Told> {
         if self.n_waiting == 0 || self.failure.is_some() {
             return None;

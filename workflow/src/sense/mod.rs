@@ -114,7 +114,8 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     Ok(value)
 }
 
-/// What is written: strokes, tensions and force with their standard errors, whether there is a contact, and the tip without one.
+/// Channels of the output: strokes, tensions and force with their standard errors, contact state, and the tip
+/// without a contact.
 fn channels(sensed: &[Sensed], input: &Input, observed: &hysteron_twin::sense::Observed) -> Vec<Channel> {
     let n = sensed.first().map_or(0, |sensed| sensed.tensions.len());
     let mut channels = Vec::new();

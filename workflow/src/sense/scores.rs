@@ -13,7 +13,7 @@ const WINDOW: f64 = 0.1;
 /// After a contact has begun its force is evaluated so much later, and a contact found so late counts as missed [s].
 const SETTLED: f64 = 0.3;
 const AT_ONCE: f64 = 0.1;
-/// What a force is to be told to, absolutely [N] and of itself; and its direction [rad].
+/// Required accuracy of a force, absolute [N] and relative [-]; and of its direction [rad].
 const NEAR: (f64, f64) = (0.03, 0.15);
 const ALIGNED: f64 = 15.0 / 180.0 * std::f64::consts::PI;
 /// Servo whose armature the momentum observer takes, and its gain [1/s].
@@ -23,7 +23,7 @@ const MOMENTUM_GAIN: f64 = 20.0;
 /// Errors of tensions over their root mean square [-].
 #[derive(Debug, Clone, Serialize)]
 pub struct TensionScore {
-    /// What made the estimate.
+    /// Method of the estimate.
     pub method: &'static str,
     /// All samples.
     pub all: f64,
@@ -36,7 +36,7 @@ pub struct TensionScore {
 /// Errors of the force on the tip.
 #[derive(Debug, Clone, Serialize)]
 pub struct ForceScore {
-    /// What made the estimate.
+    /// Method of the estimate.
     pub method: &'static str,
     /// Which samples.
     pub samples: &'static str,

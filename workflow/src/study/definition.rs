@@ -1,4 +1,4 @@
-//! What a study is to do.
+//! Definition of a study.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use super::method::Method;
 use super::schema;
 use super::stage::Argument;
 
-/// What is to be done, valid, with paths from the current folder.
+/// Definition of a study, valid, with paths from the current folder.
 #[derive(Debug)]
 pub struct Study {
     /// Its name.
@@ -74,9 +74,9 @@ pub struct Track {
 #[derive(Debug)]
 pub struct Target {
     pub(super) argument: Argument,
-    /// What its folder is called.
+    /// Name of its folder.
     pub name: String,
-    /// What is to be followed.
+    /// Path to follow.
     pub path: hysteron_control::TargetPath,
 }
 

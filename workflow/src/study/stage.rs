@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 pub struct Argument {
     /// As typed, with paths from the current folder.
     pub typed: String,
-    /// What stands for it in a stamp: the same from whatever folder the study is started.
+    /// Key in a stamp: the same from whatever folder the study is started.
     pub key: String,
     /// Files and folders whose content counts.
     pub reads: Vec<PathBuf>,
@@ -38,11 +38,11 @@ impl Argument {
 pub struct Step {
     /// Verb and options.
     pub arguments: Vec<Argument>,
-    /// What it means if it fails.
+    /// Meaning of a failure of the command.
     pub on_refusal: OnRefusal,
 }
 
-/// What a command that fails means.
+/// Meaning of a failed command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum OnRefusal {
     /// The study ends.
@@ -59,7 +59,7 @@ impl Step {
     }
 }
 
-/// What becomes of files that an interrupted stage has left.
+/// Handling of files that an interrupted stage has left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Restart {
     /// The commands go on from them.
@@ -68,7 +68,7 @@ pub enum Restart {
     Afresh,
 }
 
-/// What becomes of files that are no longer what the study asks for.
+/// Handling of files that no longer match the study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outdated {
     /// They are removed: they can be computed again.
@@ -82,7 +82,7 @@ pub enum Outdated {
 pub struct Stage {
     /// Its name; its own in the study.
     pub name: String,
-    /// What it does, for people.
+    /// Description of the stage, for people.
     pub about: String,
     /// Folder that it writes, in that of the study; no other stage does.
     pub folder: PathBuf,

@@ -8,7 +8,7 @@ use super::{Method, Study, Target, Track};
 
 /// Recordings by the rig.
 pub const DATA: &str = "data";
-/// What the calibrated twin makes of the trajectories to check with, with its network and without.
+/// Predictions of the calibrated twin for the validation trajectories, with its network and without.
 pub const PREDICTED: [&str; 2] = ["predicted/with", "predicted/without"];
 /// Everything about tracked paths, by target and method.
 const TRACKED: &str = "tracked";
@@ -79,13 +79,13 @@ impl Step {
 }
 
 impl Planner<'_> {
-    /// What an earlier stage has written.
+    /// Argument for an output of an earlier stage.
     fn made(&self, name: impl AsRef<Path>) -> Argument {
         let path = self.out.join(&name);
         Argument { reads: vec![path], ..self.written(name) }
     }
 
-    /// What this stage writes.
+    /// Argument for an output of this stage.
     fn written(&self, name: impl AsRef<Path>) -> Argument {
         let typed = self.out.join(&name).display().to_string();
         Argument { typed, key: name.as_ref().display().to_string(), reads: Vec::new() }
@@ -130,7 +130,7 @@ impl Planner<'_> {
         }
     }
 
-    /// What is measured on a rig with ports takes its time, and stays.
+    /// Handling of outdated recordings: those of a rig with ports take time to measure, and are kept.
     fn outdated(&self) -> Outdated {
         if self.study.rig.is_virtual { Outdated::Remove } else { Outdated::SetAside }
     }
@@ -232,7 +232,7 @@ impl Planner<'_> {
         self.stage("fit-residual", folder, about, step, guess)
     }
 
-    /// What the twin makes of trajectories that it has not learned from, with its network and without.
+    /// Stages that predict trajectories outside the training set, with the twin's network and without.
     fn predict(&self) -> Vec<Stage> {
         if self.study.residual.is_none() {
             return Vec::new();
@@ -324,7 +324,7 @@ pub fn folder(target: &Target, method: Method) -> PathBuf {
     Path::new(TRACKED).join(&target.name).join(method.name())
 }
 
-/// What a repeat is called, from 1.
+/// Name of a repeat, numbered from 1.
 pub fn repeat(number: usize) -> String {
     format!("repeat-{number}.parquet")
 }

@@ -116,7 +116,8 @@ impl Stamp {
         Ok(if changed.is_empty() { Standing::Done } else { Standing::Damaged(changed) })
     }
 
-    /// What a stage is made from now and was not then. A newer program does not spoil what was measured.
+    /// Change in the inputs of a stage since the earlier stamp. A newer program does not spoil what was
+    /// measured.
     fn difference(&self, earlier: &Self, outdated: Outdated) -> Option<String> {
         if self.commands != earlier.commands {
             return Some("its options".to_owned());
