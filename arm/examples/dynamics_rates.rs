@@ -2,7 +2,8 @@
 //!
 //!     cargo run --release -p hysteron-arm --example dynamics_rates -- arm/robots/panda.urdf [LOCKED_JOINT…]
 //!
-//! Processor time of one core, the best of seven rounds. `bench/peers/arm_dynamics_peer.py` runs it beside other programs.
+//! Processor time of one core, the best of seven rounds. `bench/peers/arm_dynamics_peer.py` runs it next to
+//! other programs.
 //! `speed_up_on_two_threads` is of wall-clock times, the best of two hundred short runs each.
 
 use std::hint::black_box;

@@ -167,7 +167,7 @@ fn baxter(folder: &Path) -> Fallible<Value> {
     Ok(row)
 }
 
-/// The first run fitted, the second tested, beside the robot as identified upstream.
+/// The first run fitted, the second tested, compared with the robot as identified upstream.
 fn kuka(folder: &Path) -> Fallible<Value> {
     let [first, second] =
         ["1", "2"].map(|k| read(&folder.join(format!("measurements_{k}.npz")), "flobaroid", None, 8.0));
@@ -184,7 +184,8 @@ fn kuka(folder: &Path) -> Fallible<Value> {
     Ok(row)
 }
 
-/// One exciting trajectory fitted, another and a motion from point to point tested, beside the parameters that come with the data.
+/// One exciting trajectory fitted, another and a motion from point to point tested, compared with the
+/// parameters that come with the data.
 fn ur10e(folder: &Path) -> Fallible<Value> {
     let published = UpstreamUr10e::read(&folder.join("UR10E_parameters.txt"))?;
     let read = |name: &str| with_currents(&folder.join(name), "ur10e", (None, 8.0), &published.gains);

@@ -4,7 +4,7 @@
 //!     cargo run --release -p hysteron-arm --example lagrangian_rates
 //!
 //! Processor time, the best of several rounds; with RAYON_NUM_THREADS=1 that of one core. Of a step of training also the time by the
-//! clock, which is shorter where there are more cores. `bench/peers/delan_peer.py` runs it beside JAX.
+//! clock, which is shorter where there are more cores. `bench/peers/delan_peer.py` runs it next to JAX.
 
 #![allow(clippy::print_stdout, clippy::unwrap_used)] // prints its result; may stop where it stands
 

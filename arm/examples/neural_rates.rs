@@ -1,5 +1,5 @@
 //! Training of an actuator through the simulated arm at the published sizes: simulated steps a second, forward and back, as one
-//! JSON object. `bench/peers/neural_training_peer.py` runs it beside MJX with the same network.
+//! JSON object. `bench/peers/neural_training_peer.py` runs it next to MJX with the same network.
 //!
 //!     cargo run --release -p hysteron-arm --example neural_rates
 //!

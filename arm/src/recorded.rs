@@ -20,7 +20,7 @@ pub enum Quantity {
     Velocity,
     /// The rate of that.
     Acceleration,
-    /// What the joint is driven with.
+    /// Torque that drives the joint.
     Torque,
     /// The coordinate that its drive is asked for.
     Goal,
@@ -136,7 +136,7 @@ impl Columns {
     }
 }
 
-/// What [`dynamics_of_rows`] gives besides torques or accelerations.
+/// Outputs of [`dynamics_of_rows`] in addition to torques or accelerations.
 #[derive(Debug, Clone, Copy)]
 pub struct Wanted {
     /// Frame whose position and Jacobian are wanted, by its number in [`Model::frames`].

@@ -32,7 +32,7 @@ pub struct Rollouts<'m> {
     pub isa: Isa,
 }
 
-/// What drives the trajectories, one after the other.
+/// Inputs of the trajectories, one after the other.
 #[derive(Debug, Clone, Copy)]
 pub struct RolloutInputs<'a> {
     /// q and q̇ at the beginning (trajectories × 2n).
@@ -175,7 +175,7 @@ fn shared_out(numbers: &mut [f64], width: usize, n: usize) -> Vec<&mut [f64]> {
     }
 }
 
-/// What acts in a step, in the lanes of a register.
+/// Torques, friction and external forces of a step, in the lanes of a register.
 struct Acting<S: Simd> {
     tau: Vec<Lanes<S>>,
     /// As a step takes it, where it is not the model's.

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::lagrangian::Samples;
 use crate::{Data, Model, regressor};
 
-/// Features of a joint beside the bodies'.
+/// Features of a joint in addition to the bodies'.
 const OWN: usize = 7;
 /// Speed within which dry friction is smooth [rad/s].
 const SMOOTH: f64 = 0.02;

@@ -20,7 +20,7 @@ use crate::servo_force::observed_arm;
 pub struct NeuralActuator {
     /// The network.
     pub network: Transformer<f32>,
-    /// What it sees of a sample.
+    /// Inputs that it takes from a sample.
     pub features: Features,
     /// How its inputs are scaled.
     pub scale: InputScale,
@@ -55,7 +55,7 @@ struct Header {
 }
 
 impl NeuralActuator {
-    /// What its files are called.
+    /// Kind of file, as such files state it.
     pub const KIND: &'static str = "neural-actuator";
 
     /// Writes the actuator's file.

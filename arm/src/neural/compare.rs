@@ -1,4 +1,4 @@
-//! `Comparison`: an actuator beside everything that it has to beat, on trajectories that it was not trained on.
+//! `Comparison`: an actuator compared with its baselines on trajectories that it was not trained on.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ use crate::servo_force::Observers;
 /// Horizons of the paper's tables [steps].
 pub const HORIZONS: [usize; 4] = [100, 300, 500, 600];
 
-/// What is compared, in the order of the table.
+/// Methods compared, in the order of the table.
 pub const METHODS: [&str; 5] = [
     "network, recorded currents (as published)",
     "network, pure simulation (currents of the drive model)",
@@ -33,7 +33,7 @@ pub const METHODS: [&str; 5] = [
     "servo identified by rollout",
 ];
 
-/// One task: its trajectories, the positions of every method, and what the network says besides.
+/// One task: its trajectories, the positions of every method, and the network's other outputs.
 struct Task {
     name: String,
     trajectories: Vec<Trajectory>,
@@ -73,7 +73,7 @@ impl Task {
     }
 }
 
-/// What a rollout says of the watched motor.
+/// Condition estimate of the watched motor by a rollout.
 fn said(rollout: &Rollout) -> ConditionSaid {
     ConditionSaid { network: rollout.condition.clone(), ..ConditionSaid::default() }
 }
@@ -89,12 +89,12 @@ pub const FORCES: [(&str, &str); 4] = [
     ("force_pure", "network, pure simulation"),
 ];
 
-/// An actuator and its rivals on the trajectories of some tasks.
+/// An actuator and its baselines on the trajectories of some tasks.
 pub struct Comparison<'a> {
     actuator: &'a NeuralActuator,
     model: &'a Model,
     simulation: Simulation,
-    /// The arm as rivals know it: nothing that an adaptation has found at its tip.
+    /// The arm as the baselines know it: nothing that an adaptation has found at its tip.
     bare: Simulation,
     rivals: Rivals,
     tasks: Vec<Task>,
@@ -121,7 +121,7 @@ impl<'a> Comparison<'a> {
     /// Of an actuator for `model`, with no task yet.
     ///
     /// # Errors
-    /// `BadInput` for another arm, or an actuator without rivals.
+    /// `BadInput` for another arm, or an actuator without baselines.
     pub fn new(actuator: &'a NeuralActuator, model: &'a Model) -> Result<Self, BadInput> {
         let (simulation, rivals) = (actuator.simulation(model)?, Rivals::of(actuator)?);
         let options = SimulationOptions { payload: 0.0, ..actuator.simulation.clone() };

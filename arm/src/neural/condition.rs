@@ -1,5 +1,5 @@
-//! What a learned motor condition has to beat: thresholds on current and on identified friction, support vectors, a random forest; alone knows
-//! smartcore.
+//! Baselines of a learned motor condition: thresholds on current and on identified friction, support vectors,
+//! a random forest; the only user of smartcore.
 //!
 //! All look at windows of 64 samples that overlap by half, at the watched motor alone; what they need is fitted to training recordings.
 
@@ -34,15 +34,16 @@ pub const EVIDENCE: &str = "likelihood of identified faults";
 /// A detector's windows: how healthy each looks, and whether it is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DetectorScores {
-    /// What it is.
+    /// Name of the detector.
     pub name: &'static str,
-    /// Share of windows that are told rightly, at the threshold that does best on the training windows [-].
+    /// Share of windows that are classified correctly, at the threshold that does best on the training
+    /// windows [-].
     pub accuracy: f64,
     /// Area under the receiver operating characteristic.
     pub area: f64,
 }
 
-/// What is said of the watched motor along a trajectory, sample by sample.
+/// Condition estimates of the watched motor along a trajectory, one per sample (n_samples).
 #[derive(Debug, Clone, Default)]
 pub struct ConditionSaid {
     /// How healthy a network finds it; empty without one.
@@ -53,7 +54,7 @@ pub struct ConditionSaid {
 }
 
 impl ConditionSaid {
-    /// Of a network of labels beside an observer.
+    /// Of a network of labels next to an observer.
     pub fn of(sensed: &Sensed) -> Self {
         Self { network: sensed.condition.clone(), evidence: sensed.evidence.clone() }
     }
@@ -230,7 +231,7 @@ pub fn detectors(
     Ok(all)
 }
 
-/// The value from which on most are told rightly to be what they are.
+/// Threshold from which on most scores are classified correctly.
 fn best_threshold(scores: &[(f64, bool)]) -> f64 {
     let mut sorted = scores.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));

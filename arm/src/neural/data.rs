@@ -93,7 +93,7 @@ impl Trajectory {
     }
 }
 
-/// What a sample without a label of force says.
+/// Meaning of a sample without a label of force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unlabelled {
     /// Nothing: something may be carried, as in most of NAD where it reads −999.
@@ -112,7 +112,8 @@ const MOST_SCATTER: f64 = 0.2;
 /// Fewest samples of a trajectory.
 pub const FEWEST_ROWS: usize = 32;
 
-/// What gripper a recording has: none without `aperture_m`; else how its motor's angle opens the jaws, by least squares.
+/// Gripper of recordings: `None` without `aperture_m`; else how its motor's angle opens the jaws, by least
+/// squares.
 ///
 /// # Errors
 /// `BadInput` where the last motor does not move the jaws as a line.

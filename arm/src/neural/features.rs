@@ -1,4 +1,4 @@
-//! What the network sees of a sample, and how a simulated state changes it.
+//! Inputs of the network from a sample, and how a simulated state changes them.
 
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
@@ -197,7 +197,7 @@ impl InputScale {
             && self.spread.iter().all(|spread| *spread > 0.0 && spread.is_finite())
     }
 
-    /// What the network gets of input `k`, and its derivative.
+    /// Scaled and clipped value of input `k`, and its derivative.
     pub fn at(&self, k: usize, x: f64) -> (f64, f64) {
         let scaled = (x - self.mean[k]) / self.spread[k];
         if scaled.abs() > CLIP { (CLIP.copysign(scaled), 0.0) } else { (scaled, 1.0 / self.spread[k]) }

@@ -25,7 +25,7 @@ use super::training::{NeuralOptions, NeuralTask};
 use crate::Model;
 use crate::servo_force::{Observers, observed_arm};
 
-/// What moves the simulated motors beside the network.
+/// Model that drives the simulated motors next to the network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Prior {
@@ -52,7 +52,7 @@ pub struct ActuatorOptions {
     pub layers: usize,
     /// Samples that it sees, the current one among them.
     pub tokens: usize,
-    /// What moves the simulated motors beside it.
+    /// Model that drives the simulated motors next to it.
     pub prior: Prior,
     /// How it is trained.
     pub training: NeuralOptions,
@@ -60,7 +60,7 @@ pub struct ActuatorOptions {
     pub sensing: Option<SensingOptions>,
     /// Step of the simulation [s].
     pub period: f64,
-    /// What the motors are taken to be.
+    /// Parameters of the simulated motors.
     #[serde(default, skip_serializing_if = "Motors::are_published")]
     pub motors: Motors,
     /// The drive of [`Prior::Drive`].
@@ -95,7 +95,7 @@ impl ActuatorOptions {
     }
 }
 
-/// What an actuator has to beat, fitted to the same trajectories.
+/// Baselines of an actuator, fitted to the same trajectories.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rivals {
     /// The goal later, smoother and lower.
@@ -140,7 +140,7 @@ pub enum Stage {
 
 /// Where a training stands between runs, and who gets its reports.
 pub struct ActuatorSession<'a> {
-    /// What tells one training from another: names of its recordings.
+    /// Names of the training's recordings, which identify it.
     pub recordings: &'a [String],
     /// Files to go on from, of both networks.
     pub files: [&'a Path; 2],
@@ -148,10 +148,10 @@ pub struct ActuatorSession<'a> {
     pub progress: &'a mut dyn FnMut(Stage, &Progress) -> bool,
 }
 
-/// What a training came to.
+/// Result of a training: actuator, validation errors and learning curve.
 #[derive(Debug, Clone)]
 pub struct ActuatorFit {
-    /// With the best weights; its details are the rivals.
+    /// With the best weights; its details are the baselines.
     pub actuator: NeuralActuator,
     /// Root mean square error of the joints in rollouts of the validation trajectories [deg].
     pub validation: f64,

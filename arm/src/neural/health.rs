@@ -17,7 +17,8 @@ use crate::dense;
 /// Coefficients of what a fault does: dry friction, its share of the motor's torque, viscous friction, a torque, a spring, and its rise
 /// beyond either knot.
 pub(super) const P: usize = 7;
-/// What a fault adds to each, as a standard deviation: 0.1 N m, a tenth, 0.1 N m s/rad, 0.3 N m, and 0.5 N m/rad of each spring.
+/// Standard deviation that a fault adds to each: 0.1 N m, a tenth, 0.1 N m s/rad, 0.3 N m, and 0.5 N m/rad of
+/// each spring.
 const FAULT: [f64; P] = [0.1, 0.1, 0.1, 0.3, 0.5, 0.5, 0.5];
 /// Least spreads of healthy coefficients, a tenth of that.
 const FLOOR: f64 = 0.1;
@@ -30,7 +31,7 @@ pub(super) const ALIKE: f64 = 16.0;
 /// Shares of the samples below either knot.
 const KNOTS: [f64; 2] = [1.0 / 3.0, 2.0 / 3.0];
 
-/// What healthy trajectories of an arm scatter by.
+/// Scatter of the coefficients over healthy trajectories of an arm.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HealthModel {

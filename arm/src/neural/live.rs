@@ -14,7 +14,8 @@ use super::sensing::{SensedNow, SensingRunner};
 use super::simulation::SimulationOptions;
 use crate::Model;
 
-/// What the servos of an arm measured at once: the joints in their order, then the gripper's motor (m each), SI.
+/// Measurements of an arm's servos at one instant: the joints in their order, then the gripper's motor (m
+/// each), SI.
 #[derive(Debug, Clone, Copy)]
 pub struct ServoTelemetry<'a> {
     /// Where they were sent [rad].

@@ -23,7 +23,7 @@ pub struct LossWeights {
     pub force: f64,
     /// Error up to which it counts by its square [N].
     pub force_bend: f64,
-    /// What a frame under force counts for in the force's loss (focal weight).
+    /// Weight of a frame under force in the force's loss (focal weight) [-].
     pub loaded: f64,
     /// Of the contact gate's cross-entropy.
     pub gate: f64,
@@ -76,7 +76,8 @@ impl LossWeights {
         }
     }
 
-    /// Joints and gripper of a state beside row `target` of a trajectory; adds the gradient by the state.
+    /// Joints and gripper of a state compared with row `target` of a trajectory; adds the gradient by the
+    /// state.
     pub fn pose(
         &self,
         (trajectory, target): (&Trajectory, usize),
@@ -196,7 +197,7 @@ impl Heads {
     }
 }
 
-/// What sums of losses are divided by, over all rollouts of an update.
+/// Divisors of the sums of losses, over all rollouts of an update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Totals {
     /// States with a measured pose.

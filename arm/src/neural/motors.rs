@@ -1,4 +1,4 @@
-//! What the motors of a simulated arm are taken to be.
+//! Parameters of the motors of a simulated arm.
 
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Rotor and gears of a motor of the OpenManipulator-X, at the output [kg m²].
 const USUAL_ARMATURE: f64 = 0.02;
 
-/// What the simulation takes the motors of the joints to be, where they are not of the size of the release's arm.
+/// Simulated motors of the joints, where they are not of the size of the release's arm.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Motors {

@@ -1,11 +1,11 @@
-//! What moves the motors of the simulated arm beside the network.
+//! Models that drive the motors of the simulated arm next to the network.
 
 use hysteron_actuator::Drive;
 use hysteron_actuator::number::Dual;
 
 use super::servo::{FRICTION_WIDTH, ServoModel};
 
-/// What moves every motor beside the network.
+/// Model that drives every motor next to the network.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Mover<'a> {
     /// Stiffness, friction and damping.
@@ -44,7 +44,8 @@ impl Mover<'_> {
         }
     }
 
-    /// What friction leaves of motor `k`'s torque at a speed where inertia takes nothing: b of τ − b = s (F + μ |τ + b|) [N m].
+    /// Torque of motor `k` after friction, at a speed where inertia takes nothing: b of τ − b = s (F + μ |τ +
+    /// b|) [N m].
     pub fn left_by_friction(&self, k: usize, torque: f64, speed: f64) -> f64 {
         if matches!(self, Self::Servo(servo) if !servo.holds) {
             return torque;

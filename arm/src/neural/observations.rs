@@ -1,4 +1,5 @@
-//! What the network of labels sees of a sample: the telemetry, and what momentum observers on the identified drive make of it.
+//! Inputs of the network of labels from a sample: the telemetry, and results of momentum observers on the
+//! identified drive.
 //!
 //! Everything is causal and comes sample by sample. It sees recorded positions: it says what acts on the arm that is there, and takes no
 //! part in a simulation.
@@ -15,7 +16,8 @@ use crate::Model;
 use crate::observer::{ForceFilter, TipForce};
 use crate::servo_force::{DriveObserver, GAIN, STANDS, ServoDrive, Telemetry, tip_force};
 
-/// Gains of observers beside that whose force is added to [1/s]: what comes and goes within a second is seen sooner, with more noise.
+/// Gains of observers in addition to that whose force is added to [1/s]: what comes and goes within a second
+/// is seen sooner, with more noise.
 const FASTER: [f64; 2] = [30.0, 60.0];
 /// Times of forces that are remembered while joints stand [s], and their deviation [N].
 const MEMORY: [f64; 2] = [0.3, 2.0];
@@ -31,7 +33,7 @@ const FLOORS: [f64; 4] = [0.1, 0.02, 0.05, 1.0];
 /// A standard deviation that leaves a joint out [N m].
 const UNKNOWN: f64 = 1e3;
 
-/// What is identified of an arm for the network of labels.
+/// Identified drives and healthy scatter of an arm for the network of labels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct IdentifiedArm {
@@ -46,7 +48,7 @@ pub(super) fn channels(features: &Features) -> usize {
     parts(features).into_iter().map(|(n, _)| n).sum::<usize>() + features.len()
 }
 
-/// Channels beside the telemetry, and their least spreads.
+/// Channels in addition to the telemetry, and their least spreads.
 fn parts(features: &Features) -> [(usize, f64); 4] {
     let n = features.joints;
     let forces = 3 * (2 + FASTER.len() + MEMORY.len());

@@ -1,4 +1,4 @@
-//! What a learned actuator has to beat.
+//! Baselines of a learned actuator.
 
 use hysteron_base::{BadInput, Bounds};
 use hysteron_fit::{Options, Parameter, Scale, least_squares};

@@ -1,4 +1,5 @@
-//! `Sensing`: force on the tip, contact and condition of a motor from telemetry, by a network beside a momentum observer.
+//! `Sensing`: force on the tip, contact and condition of a motor from telemetry, by a network next to a
+//! momentum observer.
 //!
 //! The published network says them within the simulation's loop. Here a second network sees what was measured, and the observer's force:
 //! it learns what the observer leaves, in the weights of its own.
@@ -15,7 +16,7 @@ use super::loss::{Heads, sigmoid};
 use super::observations::{IdentifiedArm, Observations, Observed, channels};
 use crate::Model;
 
-/// What acts on an arm, sample by sample.
+/// Force, contact and condition estimates of an arm, one per sample (n_samples).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sensed {
     /// Force on the tip [N].
@@ -35,7 +36,7 @@ pub struct Sensing {
     pub network: Transformer<f32>,
     /// How its inputs are scaled.
     pub scale: InputScale,
-    /// What was identified of the arm.
+    /// Identified drives and healthy scatter of the arm.
     pub known: IdentifiedArm,
 }
 
@@ -84,7 +85,8 @@ fn add(sensed: &mut Sensed, heads: &Heads, outputs: &[f64]) {
 }
 
 impl Sensing {
-    /// What acts on the arm along a trajectory; `model` is an arm as `observed_arm` gives it.
+    /// Force, contact and condition estimates along a trajectory; `model` is an arm as `observed_arm` gives
+    /// it.
     ///
     /// # Errors
     /// `BadInput` where the recording has no PWM.
@@ -122,7 +124,7 @@ pub(super) fn outputs(network: &Transformer<f32>, scale: &InputScale, observed: 
     all
 }
 
-/// What acts on an arm, from one sample after the other as they come.
+/// Streaming estimator of force, contact and condition: one sample after the other as they come.
 #[derive(Debug, Clone)]
 pub struct SensingRunner<'m> {
     observations: Observations<'m>,
@@ -132,14 +134,14 @@ pub struct SensingRunner<'m> {
     channels: Vec<f64>,
     token: Vec<f32>,
     outputs: Vec<f64>,
-    /// What the last samples came to, as many as a window of the condition has.
+    /// Health probabilities of the last samples, as many as a window of the condition has [-].
     recent: VecDeque<f64>,
 }
 
-/// Samples whose mean condition is told.
+/// Samples that the reported condition is the mean of.
 const WINDOW: usize = 64;
 
-/// What acts on an arm now.
+/// Force, contact and condition estimates of an arm now.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensedNow {
     /// Force on the tip [N].

@@ -1,4 +1,5 @@
-//! Force and condition beside a momentum observer: learning, streaming, files, refusals, on motion by inverse dynamics.
+//! Force and condition by a network and a momentum observer: learning, streaming, files, refusals, on motion
+//! by inverse dynamics.
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
 use hysteron_base::json;

@@ -124,7 +124,7 @@ pub fn identified_observers(
     Observers::identify(model, &free.collect::<Result<Vec<_>, _>>()?)
 }
 
-/// What the network of labels is trained for.
+/// Training task of the network of labels: options, features and trajectories.
 pub struct SensingTask<'a> {
     options: &'a SensingOptions,
     features: Features,
@@ -134,7 +134,7 @@ pub struct SensingTask<'a> {
     /// Training trajectories by what they teach: contacts, absence of contact, healthy and degraded motors; as many stretches from each.
     pools: Vec<Vec<usize>>,
     tapes: TapePool<f32>,
-    /// What updates are computed on in place of the processor.
+    /// Device that computes updates in place of the processor.
     card: Option<Card>,
 }
 
@@ -237,7 +237,7 @@ impl<'a> SensingTask<'a> {
     }
 }
 
-/// What an update learns from: stretches by their trajectories and first samples, and what their losses are divided by.
+/// Batch of an update: stretches by their trajectories and first samples, and the divisors of their losses.
 struct Lesson<'t, 'a> {
     task: &'t SensingTask<'a>,
     stretches: Vec<(&'t Observed<'a>, usize)>,
@@ -246,7 +246,7 @@ struct Lesson<'t, 'a> {
 }
 
 impl Lesson<'_, '_> {
-    /// What the network sees of a stretch at a step.
+    /// Writes the network's input of a stretch at a step to `to` (channels).
     fn token(&self, (one, start): (&Observed<'_>, usize), step: isize, to: &mut [f32]) {
         let own = one.row(start as isize + step);
         let scaled = own.iter().enumerate().map(|(k, x)| self.task.scale.at(k, *x).0 as f32);

@@ -24,7 +24,7 @@ pub struct ServoModel {
     /// True where friction holds a motor at rest exactly; false where it is F tanh(q̇/w), which lets a loaded motor creep.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub holds: bool,
-    /// What its motors are taken to be.
+    /// Parameters of its motors.
     #[serde(default, skip_serializing_if = "Motors::are_published")]
     pub motors: Motors,
     /// Gain of the position loops that the stiffness holds for, as the register has it; none where recordings did not say theirs.

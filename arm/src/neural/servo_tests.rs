@@ -127,7 +127,7 @@ fn sent(gain: f64, (rows, period): (usize, f64)) -> Trajectory {
     }
 }
 
-/// What a servo that swings the weight would report, at a gain of its position loop.
+/// Trajectory that a servo swinging the weight would report, at a gain of its position loop.
 fn swung(servo: &ServoModel, gain: f64) -> Trajectory {
     let (rows, period) = (300, 0.01);
     let still = sent(gain, (rows, period));

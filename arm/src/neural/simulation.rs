@@ -36,7 +36,7 @@ pub struct SimulationOptions {
     /// In place of that servo a drive, the same in every motor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<CatalogueDrive>,
-    /// What the tip carries at all times [kg].
+    /// Payload of the tip at all times [kg].
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub payload: f64,
 }
@@ -101,13 +101,13 @@ impl SimulationOptions {
         }
     }
 
-    /// What moves the motors beside the network.
+    /// Model that drives the motors next to the network.
     pub(super) fn mover(&self) -> Option<Mover<'_>> {
         let drive = self.drive.as_ref().map(|one| Mover::Drive(&one.drive));
         self.servo.as_ref().map(Mover::Servo).or(drive)
     }
 
-    /// Gain of the position loops that gains are told over; none where they are not known.
+    /// Reference that gains of the position loops are relative to; none where it is not known.
     pub(super) fn position_gain(&self) -> Option<f64> {
         match self.mover()? {
             Mover::Servo(servo) => servo.position_gain,
@@ -116,7 +116,7 @@ impl SimulationOptions {
     }
 
     /// # Errors
-    /// `BadInput` where a drive in the loop is not told the gain of its position loop by what `place` names.
+    /// `BadInput` where a drive in the loop is not given the gain of its position loop by what `place` names.
     pub(super) fn check_gain(&self, place: &str, gain: Option<f64>) -> Result<(), BadInput> {
         if self.drive.is_none() || gain.is_some() {
             return Ok(());
@@ -158,7 +158,7 @@ impl SimulationOptions {
     }
 }
 
-/// What the motors of arms side by side are asked for in a step.
+/// Motor commands of a step, for arms side by side.
 #[derive(Debug, Clone, Copy)]
 pub struct Asked<'a> {
     /// Where the servo or drive in the loop goes (trajectories × m) [rad]; of no meaning without one.
@@ -218,7 +218,7 @@ impl Simulation {
         &self.model
     }
 
-    /// What a state is.
+    /// Layout of the state and of the network's inputs.
     pub fn features(&self) -> &Features {
         &self.features
     }

@@ -20,7 +20,8 @@ impl Stretches<'_> {
         self.before() + self.span
     }
 
-    /// What the network sees ([step][row][channel]): `token` writes it for a step (before the stretch below zero) of a row.
+    /// Inputs of the network ([step][row][channel]): `token` writes them for a step (before the stretch below
+    /// zero) of a row.
     fn tokens<T: Real>(&self, token: impl Fn(isize, usize, &mut [T])) -> Vec<T> {
         let mut tokens = vec![T::default(); self.steps() * self.rows * self.shape.inputs];
         for (at, to) in tokens.chunks_exact_mut(self.shape.inputs).enumerate() {

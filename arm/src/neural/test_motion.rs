@@ -19,7 +19,7 @@ pub fn arm() -> Model {
     observed_arm(&Model::builtin("open-manipulator-x").unwrap(), JOINTS).unwrap()
 }
 
-/// What a recording shows.
+/// Case that a recording shows.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Case {
     Free,

@@ -126,7 +126,7 @@ impl NeuralOptions {
 /// Rollouts that a thread runs side by side.
 pub(super) const GROUP: usize = 8;
 
-/// What an actuator is trained for.
+/// Training task of an actuator: options, simulation and trajectories.
 pub struct NeuralTask<'a> {
     options: &'a NeuralOptions,
     simulation: &'a Simulation,

@@ -4,7 +4,7 @@ use hysteron_actuator::law::Sliding;
 
 use super::{Dynamics, FrictionModel, Observer, Sample};
 
-/// What is taken from the torque of the motor.
+/// Terms subtracted from the torque of the motor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Terms {
     /// Nothing: τ_ext = −τ_m. Row I of Saadatzi et al. (2019), table 4.

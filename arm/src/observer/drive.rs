@@ -19,7 +19,7 @@ pub enum MotorTorque {
     },
 }
 
-/// What a drive reports of one joint.
+/// Readings of one joint's drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveReading {
     /// [A].

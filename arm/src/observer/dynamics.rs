@@ -1,4 +1,4 @@
-//! What estimators need to know of an arm's dynamics, and the balance of its momentum.
+//! Dynamics of an arm as estimators need them, and the balance of its momentum.
 
 use hysteron_actuator::law::Sliding;
 
@@ -85,7 +85,7 @@ pub(super) struct Tracked<D> {
 /// Time constant of ṗ in the load that friction sees: from differences of noisy speeds it is mostly noise [s].
 const CHANGE_TIME: f64 = 0.02;
 
-/// What happened to the momentum since the last sample.
+/// Change of the momentum since the last sample.
 pub(super) struct Change<'a> {
     /// True for the first sample after a reset.
     pub is_first: bool,

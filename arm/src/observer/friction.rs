@@ -2,7 +2,7 @@
 
 use hysteron_actuator::law::{CoulombViscous, JointFriction, Law, Sliding};
 
-/// What counts as friction near standstill, where the law is not one number.
+/// Model of friction near standstill, where the law is not one number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LowSpeed {
     /// A line through zero between ∓ this speed, as in Saadatzi et al. (2019) [rad/s].
@@ -83,7 +83,7 @@ impl FrictionModel {
         friction
     }
 
-    /// What [`Self::follow`] gave for a joint's last sample; zero before the first [N m].
+    /// Friction that [`Self::follow`] gave for a joint's last sample; zero before the first [N m].
     pub(super) fn last(&self, joint: usize) -> f64 {
         self.last[joint].map_or(0.0, |[friction, _]| friction)
     }

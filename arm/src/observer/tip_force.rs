@@ -6,7 +6,7 @@
 
 use crate::{Data, Model, dense, forward_kinematics, frame_jacobian};
 
-/// What is believed of a contact before it is measured: standard deviations of its components.
+/// Prior of a contact: standard deviations of its components.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Belief {
     /// A force at the frame's origin [N].
@@ -89,7 +89,7 @@ impl<'m> TipForce<'m> {
         self.jacobian[self.model.n_joints() * i + joint]
     }
 
-    /// What the force does at a joint, and the variance of that [N m], [N² m²].
+    /// Torque of the force at a joint, and its variance [N m], [N² m²].
     pub fn torque(&self, joint: usize) -> [f64; 2] {
         let m = self.prior.len();
         let lever = |i: usize| self.lever(i, joint);

@@ -26,7 +26,7 @@ pub struct ServoDrive {
     pub resistance: f64,
     /// Dry friction without load, of every joint [N m].
     pub dry: Vec<f64>,
-    /// What dry friction grows by with the torque of the motor beyond the load's, of every joint [-].
+    /// Growth of dry friction with the torque of the motor beyond the load's, of every joint [-].
     pub load_share: Vec<f64>,
     /// Viscous friction of every joint [N m s/rad].
     pub viscous: Vec<f64>,

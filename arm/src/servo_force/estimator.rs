@@ -13,7 +13,7 @@ use crate::observer::{
 
 /// K of the momentum observers [1/s]: a tenth of a second, six rows.
 pub(crate) const GAIN: f64 = 10.0;
-/// What is believed of a force before it is felt: the largest of the data set's pushes [N].
+/// Prior standard deviation of a force: the largest of the data set's pushes [N].
 const BELIEF: f64 = 9.0;
 
 /// Where external torques come from.

@@ -1,4 +1,4 @@
-//! What the estimators learn of motors and friction, from contact-free motion alone.
+//! Identification of motors and friction for the estimators, from contact-free motion alone.
 
 use hysteron_actuator::filter::LowPass;
 use hysteron_actuator::law::{Law, SymmetricStribeck};
@@ -30,7 +30,7 @@ struct JointRows {
     moves: Vec<bool>,
 }
 
-/// What all methods learn: ID-Linear and GMO-linear, ID-Friction; GMO-drive but for its noise.
+/// Parameters of all methods: ID-Linear and GMO-linear, ID-Friction; GMO-drive but for its noise.
 pub(super) fn identify(model: &Model, training: &[Telemetry]) -> Result<([Known; 2], ServoDrive), BadInput> {
     let n = model.n_joints();
     let mut rows: Vec<JointRows> = (0..n).map(|_| JointRows::new()).collect();
@@ -142,7 +142,8 @@ impl JointRows {
         self.voltage.iter().zip(&self.velocity).map(at).collect()
     }
 
-    /// What the torque of the catalogue's drive has to be multiplied by, for friction that grows with it to explain the rest.
+    /// Factor on the torque of the catalogue's drive, for friction that grows with it to explain the rest
+    /// [-].
     fn scale(&self, drive: &Motor) -> f64 {
         let motor = self.motor(drive);
         let sign = |row: usize| self.velocity[row].signum();
@@ -191,7 +192,7 @@ impl JointRows {
     }
 }
 
-/// What a coefficient may be.
+/// Sign that a coefficient may have.
 #[derive(Clone, Copy, PartialEq)]
 enum Sign {
     Any,

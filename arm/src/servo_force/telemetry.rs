@@ -1,4 +1,4 @@
-//! What the estimators are given: readings of the joints, and the labels that they are compared with.
+//! Inputs of the estimators: readings of the joints, and the labels that they are compared with.
 
 use hysteron_base::{BadInput, Recording};
 

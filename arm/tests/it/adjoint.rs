@@ -1,4 +1,4 @@
-//! The adjoint of forward dynamics beside dual numbers, and beside the full matrices.
+//! The adjoint of forward dynamics compared with dual numbers, and with the full matrices.
 
 use hysteron_arm::*;
 

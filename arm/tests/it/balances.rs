@@ -1,4 +1,4 @@
-//! What holds for any rigid body: skew symmetry, linearity in the parameters, power.
+//! Properties of any rigid body: skew symmetry, linearity in the parameters, power.
 
 use hysteron_arm::*;
 

@@ -1,11 +1,12 @@
-//! Analytic derivatives beside a complex step, which has no truncation error; and the rate of the Jacobian.
+//! Analytic derivatives compared with a complex step, which has no truncation error; and the rate of the
+//! Jacobian.
 
 use hysteron_arm::*;
 
 use crate::numbers::{Complex, STEP, stepped};
 use crate::robots::{State, assert_close, each};
 
-/// What the task asks for; forward dynamics of the lightest grippers lose six digits to the condition of M.
+/// Required accuracy [-]; forward dynamics of the lightest grippers lose six digits to the condition of M.
 const TOLERANCE: f64 = 1e-10;
 
 /// A push and a twist at the last frame, as numbers of the kind that `number` makes.

@@ -1,4 +1,4 @@
-//! Tests for contacts beside closed forms.
+//! Tests for contacts compared with closed forms.
 
 use hysteron_arm::detection::*;
 use rand::RngExt;

@@ -1,4 +1,5 @@
-//! Learned inverse dynamics and the simple models beside it, on simulated arms and on public recordings where they are.
+//! Learned inverse dynamics and the simple models next to it, on simulated arms and on public recordings
+//! where they are.
 
 use hysteron_arm::baselines::{RigidFeatures, fit_rigid_body};
 use hysteron_arm::datasets::{BAXTER_ARM, BaxterTraining, baxter, characters, kuka, kuka_arm, panda};

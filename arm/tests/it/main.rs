@@ -1,4 +1,4 @@
-//! The arm beside reference values, complex steps and dual numbers, and what is no arm.
+//! The arm compared with reference values, complex steps and dual numbers, and what is no arm.
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 

@@ -1,4 +1,4 @@
-//! A servo of a simulated arm beside a measured one.
+//! A servo of a simulated arm compared with a measured one.
 
 use std::path::Path;
 

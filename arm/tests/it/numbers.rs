@@ -93,7 +93,7 @@ impl Scalar for Complex {
     }
 }
 
-/// Imaginary step: so small that its square vanishes beside 1.
+/// Imaginary step: so small that its square vanishes compared with 1.
 pub const STEP: f64 = 1e-40;
 
 /// `values` with the imaginary step added to one of them.

@@ -1,4 +1,4 @@
-//! Every quantity beside Pinocchio's.
+//! Every quantity compared with Pinocchio's.
 
 use hysteron_arm::*;
 

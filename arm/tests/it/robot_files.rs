@@ -1,4 +1,5 @@
-//! Robot files as people have them: what is read beside the values of Pinocchio, what is held, ignored or refused.
+//! Robot files as people have them: what is read compared with the values of Pinocchio, what is held, ignored
+//! or refused.
 
 use hysteron_arm::*;
 use hysteron_base::{Channel, Metadata, Recording};

@@ -1,4 +1,4 @@
-//! Gradients of whole rollouts beside dual numbers, through 500 steps.
+//! Gradients of whole rollouts compared with dual numbers, through 500 steps.
 
 use hysteron_arm::*;
 use hysteron_base::lanes::Isa;
@@ -8,7 +8,7 @@ use crate::numbers::Dual;
 use crate::robots::{assert_close, model};
 
 const STEPS: usize = 500;
-/// What the task asks for.
+/// Required accuracy [-].
 const TOLERANCE: f64 = 1e-9;
 
 /// A torque that brings every joint into motion and none out of reach, in parts of its size.
@@ -16,7 +16,7 @@ fn torque(step: usize, joint: usize) -> f64 {
     (0.02 * step as f64 + 1.3 * joint as f64).sin()
 }
 
-/// What the loss weighs: the last state, and every state a little.
+/// Weight of component `i` of a state in the loss [-]: a thousandth for all states but the last.
 fn weight(step: usize, i: usize) -> f64 {
     (0.3 + 0.1 * i as f64) * if step == STEPS { 1.0 } else { 1e-3 }
 }

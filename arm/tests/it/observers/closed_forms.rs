@@ -1,4 +1,4 @@
-//! Estimators beside what theory says of them.
+//! Estimators compared with theory.
 
 use hysteron_arm::observer::*;
 use hysteron_arm::*;

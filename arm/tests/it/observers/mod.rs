@@ -1,4 +1,4 @@
-//! Observers of external torques beside closed forms.
+//! Observers of external torques compared with closed forms.
 
 mod closed_forms;
 mod friction;
