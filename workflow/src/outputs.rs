@@ -1,7 +1,7 @@
 //! Files that a command may overwrite: those that it would itself have made from the same arguments, and no
 //! others.
 //!
-//! A verb says what it reads and what it will write before it works. Files are told apart by what they are on the disk,
+//! A verb says what it reads and what it will write before it works. Files are compared by identity on the disk,
 //! not by their names, so links and other spellings are seen through. Whether a file is the verb's own stands in the
 //! file: every result holds the command that made it. What a rig has measured is never replaced, and no input either,
 //! whatever the options.

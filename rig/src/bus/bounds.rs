@@ -21,7 +21,7 @@ impl ServoBounds {
         Self { voltage_min, voltage_max, temperature_max: f64::from(model.temperature) }
     }
 
-    /// Violated bound, as expected and found; `None` if all are kept.
+    /// Violated bound, as expected and found; `None` if voltage [V] and temperature [°C] are within.
     pub fn violation(&self, voltage: f64, temperature: f64) -> Option<String> {
         if temperature > self.temperature_max {
             let most = self.temperature_max;

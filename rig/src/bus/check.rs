@@ -9,7 +9,7 @@ use super::{Patience, ServoBounds, ServoBus, xl430};
 use crate::{Error, Result};
 use serde::Serialize;
 
-/// Self-description of a servo, as read from its registers.
+/// Identity and state of a servo, as read from its registers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ServoReport {
     /// Id on the bus.

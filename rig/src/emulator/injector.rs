@@ -1,6 +1,6 @@
 //! Faults while they last: what they do to bus, servos, supply and tracker.
 //!
-//! What is broken at any time follows from the list of active faults alone, so that overlapping ones undo nothing of
+//! The damage at any time follows from the list of active faults alone, so that overlapping ones undo nothing of
 //! each other.
 
 use std::collections::VecDeque;

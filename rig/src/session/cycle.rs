@@ -7,7 +7,7 @@ impl Session<'_> {
     /// Carries out one cycle that commands these strokes (n) [m], less where a tendon is held back.
     ///
     /// # Errors
-    /// What stopped it. If that forbids to move on, the torque is off when this returns.
+    /// The reason of the stop. If that forbids further motion, the torque is off when this returns.
     pub(super) fn cycle(&mut self, strokes: &[f64]) -> Result<(), Stop> {
         if self.torque != Torque::On {
             return Err(Error::Bus("the session has ended, and the torque is off".into()).into());

@@ -263,7 +263,7 @@ impl<'a> Session<'a> {
     /// Goes to these strokes, no tendon faster than the rig file's slew, and waits there for `settle` [s].
     ///
     /// # Errors
-    /// What stopped it; the torque is then off.
+    /// The reason of the stop; the torque is then off.
     pub fn slew(
         &mut self,
         target: &[f64],
@@ -276,7 +276,7 @@ impl<'a> Session<'a> {
     /// As [`Session::slew`], showing every cycle to `watch`.
     ///
     /// # Errors
-    /// What stopped it; the torque is then off.
+    /// The reason of the stop; the torque is then off.
     pub fn slew_with(
         &mut self,
         target: &[f64],

@@ -11,6 +11,6 @@ pub trait Supervisor: std::fmt::Debug {
     /// Asked after every cycle; appends to `notes` what belongs in the log.
     ///
     /// # Errors
-    /// What the recording must be ended for.
+    /// The reason to end the recording.
     fn check(&mut self, notes: &mut Vec<(EventKind, String)>) -> Result<(), Violation>;
 }

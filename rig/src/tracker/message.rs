@@ -159,7 +159,7 @@ impl Header {
 /// Reads the body of a known type, its checksum already compared.
 ///
 /// # Errors
-/// What is wrong with it.
+/// A description of the damage.
 pub(super) fn read_body(header: &Header, body: &[u8]) -> Result<Message, String> {
     let short = || format!("{} of {} bytes is too short", header.kind, body.len());
     let (content, status) = if header.version == 1 {

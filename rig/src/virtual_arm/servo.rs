@@ -141,7 +141,7 @@ impl Servo {
         state.duty = pwm.clamp(-FULL_PWM, FULL_PWM).trunc() / FULL_PWM;
     }
 
-    /// Line of the motor's torque in a step at `voltage` of the supply [V].
+    /// Torque-speed line of the motor in a step at `voltage` of the supply [V].
     pub fn motor(&self, state: &ServoState, voltage: f64) -> MotorLine {
         let above = state.winding - REFERENCE_DEGC;
         let k = self.torque_constant * (1.0 - self.heat.magnet_slope * above);

@@ -38,7 +38,7 @@ pub struct Spread {
 /// Smallest and largest values over a population. Factors, on the value of the robot in the middle, are drawn evenly
 /// by their logarithm, everything else evenly.
 ///
-/// What needs no numbers is drawn besides: the direction of gravity, from all directions; the tracker's frame,
+/// Also drawn, without ranges to give: the direction of gravity, from all directions; the tracker's frame,
 /// turned any way; the direction of the principal axes; and the law of friction, Dahl's or Prandtl's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ranges {

@@ -92,7 +92,7 @@ pub(crate) struct Row {
     pub value: f64,
     /// Standard error, where there is one.
     pub standard_error: Option<f64>,
-    /// Note on how well the data determine it.
+    /// Note on its identifiability; empty where there is nothing to note.
     pub note: String,
     /// The same as a fit has it.
     pub standing: Standing,

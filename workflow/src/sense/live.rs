@@ -170,7 +170,7 @@ struct Row {
     values: Vec<f64>,
 }
 
-/// Estimate for one sample.
+/// Force estimate for one sample.
 #[derive(Debug)]
 struct Told {
     time: f64,

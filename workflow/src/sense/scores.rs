@@ -13,7 +13,7 @@ const WINDOW: f64 = 0.1;
 /// After a contact has begun its force is evaluated so much later, and a contact found so late counts as missed [s].
 const SETTLED: f64 = 0.3;
 const AT_ONCE: f64 = 0.1;
-/// Required accuracy of a force, absolute [N] and relative [-]; and of its direction [rad].
+/// Tolerances of an accurate force: absolute [N] and relative to the true force [-]; of its direction [rad].
 const NEAR: (f64, f64) = (0.03, 0.15);
 const ALIGNED: f64 = 15.0 / 180.0 * std::f64::consts::PI;
 /// Servo whose armature the momentum observer takes, and its gain [1/s].

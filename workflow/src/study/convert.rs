@@ -194,7 +194,7 @@ fn generate(
     Ok(choice)
 }
 
-/// Checks that all recorded trajectories have the rate of the network, outside which it is not valid.
+/// Checks that all recorded trajectories have this rate [Hz]: a network is valid only at its training rate.
 fn check_rate(place: &str, rate_hz: f64, recorded: &Plan) -> Result<(), BadInput> {
     match recorded.trajectories().iter().find(|one| one.rate_hz != rate_hz) {
         None => Ok(()),

@@ -38,11 +38,11 @@ impl Argument {
 pub struct Step {
     /// Verb and options.
     pub arguments: Vec<Argument>,
-    /// Meaning of a failure of the command.
+    /// Handling of a failure of the command.
     pub on_refusal: OnRefusal,
 }
 
-/// Meaning of a failed command.
+/// Handling of a failed command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum OnRefusal {
     /// The study ends.
