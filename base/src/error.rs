@@ -15,17 +15,17 @@ const LONGEST_REPEATED: usize = 600;
 pub struct BadInput {
     /// File and key, row or element, e.g. `scene.toml: material.poisson_ratio`.
     pub place: String,
-    /// What would have been accepted, e.g. `0 <= nu < 0.5`.
+    /// Accepted values, e.g. `0 <= nu < 0.5`.
     pub expected: String,
-    /// What stood there, e.g. `0.5`.
+    /// Value found, e.g. `0.5`.
     pub found: String,
-    /// What to try, without a full stop; empty where nothing helps.
+    /// Advice, without a full stop; empty where nothing helps.
     pub hint: String,
 }
 
 impl BadInput {
     /// An error without a hint; add one with [`BadInput::hint`]. Of a long place or finding, which files may make as
-    /// long as they are, the beginning and the end stay; an empty finding is told as nothing.
+    /// long as they are, the beginning and the end stay; an empty finding is reported as nothing.
     pub fn new(place: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {
         let [place, mut found] = [place.into(), found.into()].map(shortened);
         if found.trim().is_empty() {
@@ -70,7 +70,7 @@ impl std::fmt::Display for BadInput {
 
 impl std::error::Error for BadInput {}
 
-/// What can go wrong in `base`.
+/// Error of a function of `base`: bad input, or a failure of the file system.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The input is wrong: the person who gave it can mend it.
@@ -81,7 +81,7 @@ pub enum Error {
     Io {
         /// The file.
         path: PathBuf,
-        /// What was said; part of the message, and so no source of it.
+        /// Error of the operating system; part of the message, and so no source of it.
         refusal: std::io::Error,
     },
 }

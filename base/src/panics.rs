@@ -9,7 +9,8 @@ thread_local! {
     static IS_EXPECTED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What `work` gives; none where it panics, of which nothing is printed. The first call wraps the program's panic hook, which
+/// Result of `work`; none where it panics, of which nothing is printed. The first call wraps the program's
+/// panic hook, which
 /// goes on printing all other panics.
 pub(crate) fn caught<T>(work: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();

@@ -21,7 +21,8 @@ pub fn free_memory() -> u64 {
     [machine, group, address_space()].into_iter().flatten().min().unwrap_or(ASSUMED)
 }
 
-/// What is left of the address space that this process may have (`ulimit -v`) [bytes]; none where it is not limited.
+/// Free part of the address space that this process may have (`ulimit -v`) [bytes]; none where it is not
+/// limited.
 pub fn address_space() -> Option<u64> {
     let limit = limit_of(&std::fs::read_to_string("/proc/self/limits").ok()?)?;
     let status = std::fs::read_to_string("/proc/self/status").ok()?;

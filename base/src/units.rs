@@ -131,7 +131,8 @@ impl Unit {
         found.filter(|(stem, _)| *stem != "per" && !stem.ends_with("_per"))
     }
 
-    /// What `above` ends in, divided by the unit of that number in [`divisors`].
+    /// Unit at the end of `above`, divided by that of number `divisor` in [`divisors`], and what stands
+    /// before it.
     fn with_divisor(above: &str, divisor: usize) -> Option<(&str, &'static Unit)> {
         let (stem, dividend) = match Self::at_the_end(above) {
             Some((stem, unit)) => (stem, 1 + UNITS.iter().position(|known| known == unit)?),

@@ -1,4 +1,5 @@
-//! What a single channel shows: that it stands still, is held, repeats rows, jumps, turns over, is cut off or is coarse.
+//! Checks of a single channel: it stands still, is held, repeats rows, jumps, turns over, is cut off or is
+//! coarse.
 
 use std::f64::consts::TAU;
 
@@ -13,7 +14,7 @@ const COMMAND_MOVES: f64 = 0.1;
 const HELD: f64 = 0.3;
 /// Largest part of changes by a single quantum in values that are held rather than rounded [-].
 const SINGLE_QUANTA: f64 = 0.5;
-/// Fewest rows repeated singly that are told: one may be two measurements that agree.
+/// Fewest rows repeated singly that are reported: one may be two measurements that agree.
 const MIN_DUPLICATES: usize = 3;
 /// A spike in standard deviations of the channel about its running median [-]: in a million normal values none is beyond 5; measured
 /// tails are longer.

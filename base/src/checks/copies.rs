@@ -25,7 +25,7 @@ const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;
 /// A stretch: recording, first row.
 type Place = (usize, usize);
 
-/// What two recordings have in common, or one with itself.
+/// Rows shared by two recordings, or by one with itself.
 #[derive(Clone, Copy)]
 struct Shared {
     /// First and last row in the later one, and the first in the earlier.

@@ -38,7 +38,7 @@ pub enum Severity {
     Error,
 }
 
-/// What was found.
+/// Kind of finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Finding {
@@ -89,7 +89,7 @@ pub enum Finding {
 pub struct Warning {
     /// How sure it is.
     pub severity: Severity,
-    /// What was found.
+    /// Kind of finding.
     pub kind: Finding,
     /// Name of the recording; empty for what is said of all of them.
     pub recording: String,
@@ -105,7 +105,7 @@ pub struct Warning {
     pub limit: f64,
     /// Unit of both.
     pub unit: Cow<'static, str>,
-    /// What to try.
+    /// Advice to the user.
     pub hint: String,
 }
 
@@ -187,7 +187,7 @@ impl std::fmt::Display for Warning {
     }
 }
 
-/// What recordings are for.
+/// Purpose that recordings are checked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
     /// Something is fitted or learned: there must be enough motion.
@@ -196,10 +196,10 @@ pub enum Purpose {
     Score,
 }
 
-/// What is known besides the recordings.
+/// Context of the checks: known properties in addition to the recordings.
 #[derive(Debug, Clone, Copy)]
 pub struct CheckContext<'a> {
-    /// What they are for.
+    /// Purpose of the recordings.
     pub purpose: Purpose,
     /// Length of the body from its clamp to its tip, where a scene says it [m].
     pub body_length: Option<f64>,
@@ -208,7 +208,7 @@ pub struct CheckContext<'a> {
 }
 
 impl CheckContext<'static> {
-    /// Nothing is known besides the recordings.
+    /// Nothing is known apart from the recordings.
     pub fn new(purpose: Purpose) -> Self {
         Self { purpose, body_length: None, joint_ranges: &[] }
     }

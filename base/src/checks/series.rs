@@ -1,4 +1,4 @@
-//! What the checks read of a recording: the measured rows, by what they are.
+//! Series of a recording as the checks read them: the measured rows, by kind of channel.
 
 use super::LONGEST_STILL_S;
 use super::statistics::quantile;
@@ -7,7 +7,7 @@ use crate::units::Unit;
 
 /// Beginnings of the names of what is asked for, not measured.
 const COMMANDS: [&str; 7] = ["stroke_", "aux_", "goal_", "target_", "twin_", "tick_goal_", "command_"];
-/// What a program says of a row.
+/// Flags that a program writes for a row.
 const FLAGS: [&str; 3] = ["extrapolating", "limited", "contact"];
 
 /// True for what is asked for or said by a program, not measured.
@@ -51,7 +51,7 @@ pub struct Series<'a> {
     pub tip: Vec<Measured>,
     /// `tip_qw` … `tip_qz`, all or none.
     pub orientation: Vec<Measured>,
-    /// What else is measured.
+    /// All other measured channels.
     pub others: Vec<Measured>,
 }
 

@@ -205,7 +205,7 @@ fn longest_ascent(rows: &[usize], times: &[f64]) -> Vec<usize> {
     kept
 }
 
-/// What helps where `n_bad` rows cannot be read.
+/// Hint where `n_bad` rows cannot be read.
 fn hint(table: &Table, n_bad: usize) -> &'static str {
     let is_split = |column: usize| {
         let values = &table.columns()[column].values;
@@ -220,7 +220,7 @@ fn hint(table: &Table, n_bad: usize) -> &'static str {
     "--leave-out-bad-rows takes the other rows, and marks the gap"
 }
 
-/// What is wrong with a cell.
+/// Error in a cell; `None` where its value is a finite number or a gap.
 fn flaw(table: &Table, columns: &Columns, source: &Source, row: usize) -> Option<BadInput> {
     let column = &table.columns()[source.column];
     let cell = column.values[row];
@@ -256,7 +256,7 @@ fn values(table: &Table, columns: &Columns, source: &Source, rows: &[usize]) -> 
     (values, selection.unlabelled.filter(|_| has_label).map(|_| flags()))
 }
 
-/// What was recorded, where the caller did not say.
+/// Metadata with the robot and the names of its joints, where the caller did not say.
 fn described(mut meta: Metadata, columns: &Columns) -> Metadata {
     let mut note = |key: &str, value: Option<String>| {
         if let Some(value) = value {

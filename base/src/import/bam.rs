@@ -11,7 +11,7 @@ pub const POSITION_GAIN: &str = "position_gain";
 
 /// Largest log [byte]; an hour at 200 Hz has less.
 const MOST: u64 = 256 << 20;
-/// What the numbers beside the samples are called in a recording.
+/// Names of the numbers next to the samples: in the log, in a recording.
 const NOTES: [(&str, &str); 8] = [
     ("mass", "mass_kg"),
     ("m", "mass_kg"),
@@ -23,7 +23,7 @@ const NOTES: [(&str, &str); 8] = [
     ("motor", "motor"),
 ];
 
-/// The samples, and what the log says beside them: pairs of metadata.
+/// The samples, and what the log says next to them: pairs of metadata.
 pub(super) fn read(path: &Path) -> Result<(Table, Vec<(String, String)>)> {
     let bytes = file::read_up_to(path, MOST)?;
     Ok(parse(&bytes).map_err(|bad| bad.within(path.display()))?)

@@ -34,7 +34,7 @@ const ASKED_FOR: [&str; 5] = ["delan-characters", "lerobot-deg", "lerobot-rad", 
 /// Most columns of a list.
 const WIDEST: usize = 1000;
 
-/// What the columns of a table are.
+/// Meaning of the columns of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Columns {
     /// Where it comes from: a name or a file.

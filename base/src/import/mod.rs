@@ -22,7 +22,8 @@ use std::path::{Path, PathBuf};
 /// Most episodes of a file.
 const MAX_EPISODES: usize = 10_000;
 
-/// What becomes of rows that cannot be read: with a cell that is no number, with another number of cells, or with a time that is
+/// Treatment of rows that cannot be read: with a cell that is no number, with another number of cells, or
+/// with a time that is
 /// not later than the one before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BadRows {
@@ -36,7 +37,7 @@ pub enum BadRows {
 /// How files are read.
 #[derive(Debug, Clone, Default)]
 pub struct Request {
-    /// What the columns are; found among the built-in maps where there is none.
+    /// Meaning of the columns; found among the built-in maps where there is none.
     pub columns: Option<Columns>,
     /// Rate of the recording; that of the file where there is none [Hz].
     pub rate_hz: Option<f64>,
@@ -44,7 +45,7 @@ pub struct Request {
     pub filter: Option<Filter>,
     /// The column whose values tell episodes apart; overrides that of the map.
     pub episode: Option<String>,
-    /// What becomes of rows that cannot be read.
+    /// Treatment of rows that cannot be read.
     pub bad_rows: BadRows,
 }
 

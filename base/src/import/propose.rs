@@ -14,7 +14,8 @@ const LARGEST_TURN: f64 = 2.2 * std::f64::consts::PI;
 /// A current above this is not in amperes [A].
 const LARGEST_CURRENT: f64 = 60.0;
 
-/// What a column may be: the target without its unit, names of it (lower case, without number), the units it may have with the
+/// Role that a column may have: the target without its unit, names of it (lower case, without number), the
+/// units it may have with the
 /// largest size believed in each.
 struct Role {
     target: &'static str,

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::to_value;
 
-/// What stands for an expression in a value; `null` for what is no JSON, a map whose keys are no texts.
+/// JSON value of an expression; `null` for what is no JSON, a map whose keys are no texts.
 #[doc(hidden)]
 pub fn expression(content: impl serde::Serialize) -> Value {
     to_value(content).unwrap_or_default()

@@ -29,7 +29,7 @@ fn shown(text: String) -> String {
     }
 }
 
-/// What the lines before the header say.
+/// Metadata in the lines before the header.
 pub(super) fn read_metadata(text: &str) -> Check<Metadata> {
     head(text).map(|(meta, ..)| meta).map_err(|bad| BadInput { found: shown(bad.found), ..bad })
 }
@@ -99,7 +99,7 @@ fn parse(text: &str) -> Check<Recording> {
     Recording::new(time, channels, gap, meta)
 }
 
-/// What each column holds, and a channel without values for each that is one.
+/// Kind of each column (n_columns), and a channel without values for each that is one.
 fn columns(header: &::csv::StringRecord) -> Check<(Vec<Column>, Vec<Channel>)> {
     if let Some(name) = header.get(0).filter(|name| header.len() == 1 && name.contains([';', '\t'])) {
         return Err(BadInput::new("header", "columns separated by commas", format!("`{name}`"))

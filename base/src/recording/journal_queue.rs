@@ -1,4 +1,5 @@
-//! A journal beside a control loop: rows are handed over in memory, and threads bring them to the file and to the disk.
+//! A journal next to a control loop: rows are handed over in memory, and threads bring them to the file and
+//! to the disk.
 //!
 //! A disk can stall for a long time, in a sync, and while it syncs in a write, too. The control loop must wait for
 //! neither. One thread writes each frame as soon as it is there, so a crash of the process loses what the disk has not
@@ -41,7 +42,7 @@ struct State {
     waiting: Vec<u8>,
     /// The writer has frames that are not in the file yet.
     is_writing: bool,
-    /// What the file system said last; the writer then rests until it is called.
+    /// Last error of the file system; the writer then rests until it is called.
     error: Option<io::Error>,
     /// Frames were written since the last sync.
     is_dirty: bool,

@@ -5,7 +5,7 @@ use super::super::{Journal, Metadata};
 use super::*;
 use std::path::{Path, PathBuf};
 
-/// What a disk does.
+/// Behaviour of a disk.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Disk {
     Works,
@@ -15,7 +15,7 @@ enum Disk {
     Full(usize),
 }
 
-/// A file in memory on a disk that can be told what to do.
+/// A file in memory on a disk whose behaviour can be set.
 #[derive(Debug)]
 struct TestFile {
     bytes: Mutex<Vec<u8>>,
@@ -92,7 +92,7 @@ fn append(queue: &mut JournalQueue, first: u32, n: u32) -> io::Result<()> {
     })
 }
 
-/// What a journal that is written without a queue holds.
+/// Content of a journal of `n` rows that is written without a queue [byte].
 fn expected(n: u32) -> Vec<u8> {
     let file = TestFile::new();
     let mut journal = begun(&file);

@@ -16,7 +16,7 @@ pub struct Metadata {
     pub seed: Option<u64>,
     /// Commit of the program that made it.
     pub commit: String,
-    /// What was recorded: a rig, a simulation, a plan.
+    /// Origin of the recording: a rig, a simulation, a plan.
     pub source: String,
     /// Command line that made it.
     pub command: String,

@@ -1,4 +1,4 @@
-//! What channels may be called.
+//! Names of channels.
 //!
 //! A name ends in its SI unit, so no number is without one. The few quantities that have none are listed here.
 
@@ -25,7 +25,7 @@ pub(super) fn check_count(n: usize) -> Check<()> {
     crate::size::check_at_most("columns", n, MAX_CHANNELS)
 }
 
-/// What a column of a table holds.
+/// Kind of a column of a table.
 pub(super) enum Column {
     Time(&'static Unit),
     Gap,
@@ -33,7 +33,7 @@ pub(super) enum Column {
     Channel(usize, Option<&'static Unit>),
 }
 
-/// What each column of a table holds, and a channel without values for each that is one.
+/// Kind of each column of a table (n_columns), and a channel without values for each that is one.
 pub(super) fn columns(table: &[&str]) -> Check<(Vec<Column>, Vec<Channel>)> {
     check_count(table.len())?;
     let mut columns = Vec::new();

@@ -11,7 +11,7 @@ use std::io::{BufReader, Error, ErrorKind, Read, Result, Seek, SeekFrom};
 
 /// Bytes that an empty page may become.
 const MAX_OF_NONE: u64 = 64;
-/// Largest page that is packed [byte]: writers end one after 1 MiB unless they are told otherwise.
+/// Largest page that is packed [byte]: writers end one after 1 MiB unless they are configured otherwise.
 const MAX_PAGE: u64 = 64 << 20;
 /// Structs within structs; a page's statistics are the third.
 const DEEPEST: usize = 8;

@@ -114,7 +114,7 @@ pub(crate) fn durations(reader: &SerializedFileReader<File>) -> Durations {
     schema.map_or_else(Durations::default, Durations::of)
 }
 
-/// What the file says of itself; nothing where it is of another program.
+/// Metadata of the file; empty where it is of another program.
 fn provenance(reader: &SerializedFileReader<File>) -> Check<Metadata> {
     let pairs = reader.metadata().file_metadata().key_value_metadata().into_iter().flatten();
     let pairs: Vec<(String, String)> = pairs

@@ -25,7 +25,7 @@ pub(crate) const MAX_LIST: usize = 1000;
 const NANOSECONDS: i64 = 1_000_000_000;
 const SECONDS_OF_DAY: i64 = 86_400;
 
-/// What the stored whole numbers of a column are.
+/// Meaning of the stored whole numbers of a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
     Number,

@@ -5,7 +5,7 @@ use crate::BadInput;
 use crate::panics::caught;
 use ::parquet::errors::ParquetError;
 
-/// What `pages` reads of the column `name`; `parquet` asserts what the pages of a damaged file do not keep.
+/// Result of `pages` on the column `name`; `parquet` asserts what the pages of a damaged file do not keep.
 pub(super) fn guarded<T>(name: &str, pages: impl FnOnce() -> Check<T>) -> Check<T> {
     caught(pages).unwrap_or_else(|| {
         Err(damaged(&ParquetError::General("pages that contradict each other".into())).within(name))

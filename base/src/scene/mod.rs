@@ -36,7 +36,7 @@ pub struct Scene {
     pub gravity: [f64; 3],
     /// Constant forces.
     pub point_forces: Vec<PointForce>,
-    /// What is reported as the tip.
+    /// Definition of the point reported as the tip.
     pub tip: Tip,
     /// Frame in which the tip is recorded.
     pub tracker: TrackerFrame,
@@ -119,7 +119,7 @@ pub struct PointForce {
     pub force: [f64; 3],
 }
 
-/// What is prescribed on a tendon.
+/// Prescribed quantity of a tendon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Drive {
@@ -162,7 +162,7 @@ pub struct Tendon {
     /// Which of `points` are fixed in space instead of carried by the body, ascending: eyelets and pulleys of the base.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub fixed: Vec<usize>,
-    /// What is prescribed.
+    /// Prescribed quantity.
     pub drive: Drive,
     /// Tension [N]; a minimum of zero means that it pulls only and goes slack.
     pub tension: Bounds,
@@ -220,7 +220,7 @@ pub struct AuxiliaryLayout {
     pub first_plane: f64,
     /// Turn from each segment to the next [rad].
     pub plane_step: f64,
-    /// What is prescribed.
+    /// Prescribed quantity.
     pub drive: Drive,
     /// Tension [N]; negative pushes.
     pub tension: Bounds,

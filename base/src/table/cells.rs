@@ -1,19 +1,19 @@
-//! What stands in the cells of a column of text: numbers, flags, stamps or words.
+//! Cells of a column of text: numbers, flags, stamps or words.
 
 use super::stamps;
 use std::collections::HashMap;
 
-/// Most different words of a column that are told apart; the rest of a column of free text is one word.
+/// Most different words of a column that are distinguished; the rest of a column of free text is one word.
 const MAX_WORDS: usize = 4096;
 /// Characters of a word that are kept.
 const MAX_CHARACTERS: usize = 60;
-/// What stands where there is no number.
+/// Texts of a cell without a number.
 const MISSING: [&str; 18] = [
     "", "null", "NULL", "None", "none", "NA", "N/A", "n/a", "<NA>", "#N/A", "NaT", "nil", "?", "-", "--",
     "1.#QNAN", "-1.#IND", "1.#IND",
 ];
 
-/// What separates whole numbers from their fractions.
+/// Separator between whole numbers and their fractions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Decimal {
     Point,

@@ -100,7 +100,7 @@ fn numbers(element: &Element, is_big_endian: bool) -> Option<Vec<f64>> {
     Some(element.content.chunks_exact(width).map(value).collect())
 }
 
-/// What is found in a file.
+/// Content found in a file: arrays, and what is left out.
 #[derive(Default)]
 struct Found {
     arrays: Vec<(String, Array)>,

@@ -35,7 +35,7 @@ pub struct Column {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Table {
     columns: Vec<Column>,
-    /// What a message calls a row (n_rows): its line, or its number from 1.
+    /// Number of each row in messages (n_rows): its line, or its number from 1.
     rows: Vec<u64>,
     is_text: bool,
     /// The cells of a column that are words, by column.
@@ -46,7 +46,7 @@ pub struct Table {
     seconds: BTreeSet<usize>,
     /// Columns that came from another clock: where they have no number is a gap.
     with_gaps: BTreeSet<usize>,
-    /// What a row of units says (n_columns), or nothing.
+    /// Units by a row of units (n_columns), or nothing.
     units: Vec<String>,
     /// Columns of the file that are no columns here, and what they are.
     left_out: Vec<(String, &'static str)>,
@@ -147,7 +147,7 @@ impl Table {
         self.columns.iter().position(|column| column.name == name)
     }
 
-    /// What a message calls row `row` (from 0): `line 3` or `row 2`.
+    /// Name of row `row` (from 0) in messages: `line 3` or `row 2`.
     pub fn row_name(&self, row: usize) -> String {
         format!("{} {}", if self.is_text { "line" } else { "row" }, self.rows[row])
     }
@@ -194,7 +194,7 @@ impl Table {
         self.columns[column].values = values;
     }
 
-    /// What the row of units says of a column; empty where there is none.
+    /// Unit of a column by the row of units; empty where there is none.
     pub fn unit(&self, column: usize) -> &str {
         self.units.get(column).map_or("", String::as_str)
     }
@@ -204,7 +204,7 @@ impl Table {
         &self.left_out
     }
 
-    /// What stands in a cell.
+    /// Content of a cell, for messages.
     pub fn shown(&self, column: usize, row: usize) -> String {
         match self.word(column, row) {
             Some(text) => format!("\"{text}\""),

@@ -1,4 +1,4 @@
-//! What other programs write, read as it stands.
+//! Files of other programs, read as they stand.
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 

@@ -23,12 +23,12 @@ const MAX_LINES_OF_CELL: usize = 20;
 /// Separators, the first of equals first; `None` is any number of spaces.
 const SEPARATORS: [Option<char>; 5] = [Some(';'), Some('\t'), Some(','), Some('|'), None];
 
-/// What a person says of a table of text; the rest is found.
+/// Format of a table of text as the caller states it; the rest is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TextFormat {
-    /// What stands between cells; a space stands for any number of spaces.
+    /// Separator of cells; a space stands for any number of spaces.
     pub delimiter: Option<char>,
-    /// What stands before a fraction: `.` or `,`.
+    /// Separator before a fraction: `.` or `,`.
     pub decimal: Option<char>,
 }
 

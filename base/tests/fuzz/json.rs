@@ -7,7 +7,7 @@ use hysteron_fuzz::{damaged, damages, drive};
 
 use super::MEMORY_MAX;
 
-/// What is accepted is written and comes back.
+/// Checks that accepted text is written and comes back.
 fn read(bytes: &[u8]) {
     if let Ok(value) = json::from_text::<Value>(bytes) {
         json::from_text::<Value>(json::to_text(&value).unwrap()).unwrap();

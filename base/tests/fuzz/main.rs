@@ -34,7 +34,7 @@ impl Case {
     }
 }
 
-/// What a reader refuses is bad input, in the form of all.
+/// Checks that what a reader refuses is bad input, in the form of all.
 fn refused(bad: &BadInput) {
     assert_in_house_form(Some(bad), bad);
 }
