@@ -10,8 +10,7 @@ thread_local! {
 }
 
 /// Result of `work`; none where it panics, of which nothing is printed. The first call wraps the program's
-/// panic hook, which
-/// goes on printing all other panics.
+/// panic hook, which goes on printing all other panics.
 pub(crate) fn caught<T>(work: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

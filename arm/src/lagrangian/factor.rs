@@ -1,6 +1,5 @@
 //! A positive definite matrix from a network: a factor of it that is a Cholesky factor with positive diagonal
-//! and, next to it, dense
-//! columns, with tangents and reverse pass.
+//! and, next to it, dense columns, with tangents and reverse pass.
 
 use hysteron_learn::{Activation, ByParameters, Mlp, MlpTape, Real};
 

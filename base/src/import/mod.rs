@@ -23,8 +23,7 @@ use std::path::{Path, PathBuf};
 const MAX_EPISODES: usize = 10_000;
 
 /// Treatment of rows that cannot be read: with a cell that is no number, with another number of cells, or
-/// with a time that is
-/// not later than the one before.
+/// with a time that is not later than the one before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BadRows {
     /// The file is refused.
