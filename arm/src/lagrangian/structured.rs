@@ -222,7 +222,7 @@ impl<T: Real> Term<T> for StructuredLagrangian<T> {
 #[derive(Debug)]
 pub(crate) struct StructuredHamiltonian<T> {
     energies: Energies<T>,
-    /// Weights of τ, or of q̇, in w · (τ, q̇): [row][joint]; and the latter.
+    /// Weights of τ, then of q̇, in w · (τ, q̇): [row][joint]; `by_speed` holds those of q̇.
     of_w: Vec<T>,
     by_speed: Vec<Side<T>>,
     /// L_wᵀp + Lᵀu, u of the speeds.

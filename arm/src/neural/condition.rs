@@ -231,7 +231,7 @@ pub fn detectors(
     Ok(all)
 }
 
-/// Threshold from which on most scores are classified correctly.
+/// Threshold that classifies the most scores correctly: those from it on count as healthy.
 fn best_threshold(scores: &[(f64, bool)]) -> f64 {
     let mut sorted = scores.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -44,8 +44,8 @@ impl Mover<'_> {
         }
     }
 
-    /// Torque of motor `k` after friction, at a speed where inertia takes nothing: b of τ − b = s (F + μ |τ +
-    /// b|) [N m].
+    /// Torque of motor `k` after friction [N m], at a speed where inertia takes nothing:
+    /// b of τ − b = s (F + μ |τ + b|).
     pub fn left_by_friction(&self, k: usize, torque: f64, speed: f64) -> f64 {
         if matches!(self, Self::Servo(servo) if !servo.holds) {
             return torque;

@@ -84,8 +84,7 @@ pub(super) struct Files {
     elements_left: usize,
 }
 
-/// Document being read: a file, where its lines begin, its folder, and how many files and elements enclose
-/// it.
+/// Document being read: a file, where its lines end, its folder, and how many files enclose it.
 struct Source<'t> {
     file: Rc<str>,
     line_ends: &'t [usize],
