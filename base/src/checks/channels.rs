@@ -210,13 +210,13 @@ fn spike(channel: &Measured, series: &Series) -> Option<Warning> {
     let width = quantile(&mut sorted, 0.99) - quantile(&mut sorted, 0.01);
     let limit = (SPIKE_DEVIATIONS * robust_deviation(departures.iter().copied())).max(SPIKE_PART * width);
     // The first and the last two rows have neighbours on one side alone.
-    let is_back = |i: usize, limit: f64| {
+    let is_back = |i: usize| {
         let side = |k: usize| (values[i] - values[k]).abs() > 0.5 * limit;
         i >= 2 && i + 2 < n && side(i - 2) && side(i + 2)
     };
     let limit_at = |i: usize| limit.max(SPIKE_SPEED * moved_nearby(channel, &series.time, i));
     let is_spike =
-        |i: &usize| departures[*i].abs() > limit && is_back(*i, limit) && departures[*i].abs() > limit_at(*i);
+        |i: &usize| departures[*i].abs() > limit && is_back(*i) && departures[*i].abs() > limit_at(*i);
     let spikes: Vec<usize> = (0..n).filter(is_spike).collect();
     let at = spikes.iter().copied().max_by(|a, b| departures[*a].abs().total_cmp(&departures[*b].abs()))?;
     let (unit, factor) = shown(channel);

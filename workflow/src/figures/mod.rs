@@ -38,13 +38,17 @@ use hysteron_report::series::{
     MEASURED, TARGET, TWIN, Tip, error_panel, millimetres, numbered_panels, tip_panels,
 };
 use robot::RobotPicture;
-use shapes::{CommandAndTip, NamedShape};
+use shapes::CommandAndTip;
 use tip::TipPath;
 
 /// Writes all figures of a run, `report.html` and `metrics.json` to `folder`.
-pub fn write(folder: &Path, run: &Run, outcome: &Outcome, with_png: bool) -> anyhow::Result<()> {
+pub fn write(
+    folder: &Path,
+    run: &Run,
+    (outcome, shape): (&Outcome, Option<&CommandAndTip>),
+    with_png: bool,
+) -> anyhow::Result<()> {
     register_embedded_font()?;
-    let shape = command_and_tip(run);
     let charts = tip_and_error(run)?;
     let mut drawn: Vec<Drawn> =
         charts.iter().map(|chart| save(folder, chart, with_png)).collect::<anyhow::Result<_>>()?;
@@ -52,20 +56,15 @@ pub fn write(folder: &Path, run: &Run, outcome: &Outcome, with_png: bool) -> any
     for chart in tendons(run) {
         drawn.push(save(folder, &chart, with_png)?);
     }
-    if let Some(figure) = &shape {
+    if let Some(figure) = shape {
         drawn.push(save(folder, figure, with_png)?);
     }
     drawn.push(save(folder, &RobotPicture::new(run), with_png)?);
     run_page::write(folder, run.task.title(), outcome, &drawn)
 }
 
-/// Command and tip of a run over each other, in numbers.
-pub fn shapes_of(run: &Run) -> Vec<NamedShape> {
-    command_and_tip(run).map_or(vec![], |figure| figure.numbers())
-}
-
 /// Command and tip of a run that followed strokes, where the tendons bend in two directions and something moved.
-fn command_and_tip(run: &Run) -> Option<CommandAndTip> {
+pub fn command_and_tip(run: &Run) -> Option<CommandAndTip> {
     let angles = crate::plan::angles_of(run.scene);
     match run.task {
         Task::Simulate => CommandAndTip::new(&angles, &[(&run.scene.name, run.recording)]).ok(),

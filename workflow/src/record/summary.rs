@@ -141,7 +141,7 @@ impl Summary {
     /// Provenance of the first recording.
     pub fn first_meta(&self) -> anyhow::Result<Metadata> {
         match self.rows.first() {
-            Some(row) => Ok(Recording::read(&row.out)?.meta().clone()),
+            Some(row) => Ok(Recording::read_metadata(&row.out)?),
             None => Ok(Metadata::default()),
         }
     }

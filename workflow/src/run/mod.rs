@@ -224,9 +224,10 @@ pub fn carry_out(
         farthest: (farthest.0, &farthest.1),
         summary: &summary,
     };
-    let outcome = Outcome::new(&run, figures::shapes_of(&run));
+    let shape = figures::command_and_tip(&run);
+    let outcome = Outcome::new(&run, shape.as_ref().map_or(vec![], |figure| figure.numbers()));
     if let Some(folder) = &options.figures {
-        figures::write(folder, &run, &outcome, options.png)
+        figures::write(folder, &run, (&outcome, shape.as_ref()), options.png)
             .with_context(|| format!("writing figures to {}", folder.display()))?;
         caller.reported(folder);
     }
