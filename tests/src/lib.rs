@@ -129,6 +129,14 @@ pub fn names_in(folder: &Path) -> Vec<String> {
     names
 }
 
+/// Folders of the crates of the workspace, from its root.
+pub fn members() -> Vec<String> {
+    let manifest = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    let list = manifest.split_once("members = [").unwrap().1.split_once(']').unwrap().0;
+    let names = list.split(',').map(|name| name.trim().trim_matches('"').to_owned());
+    names.filter(|name| !name.is_empty()).collect()
+}
+
 /// A folder of its own with the scene `meshes/tpu80/scene.toml` and its mesh.
 pub struct Workplace(tempfile::TempDir);
 

@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use hysteron_tests::{names_in, root};
+use hysteron_tests::{members, names_in, root};
 use syn::visit::{self, Visit};
 use syn::{Attribute, Item, ItemUse, UseTree};
 
@@ -190,7 +190,7 @@ impl Crate {
 #[test]
 fn no_files_of_a_crate_name_each_other_in_a_circle() {
     let (mut n_read, mut circles) = (0, Vec::new());
-    for folder in names_in(root()) {
+    for folder in members() {
         let folder = root().join(folder);
         let Ok(manifest) = std::fs::read_to_string(folder.join("Cargo.toml")) else { continue };
         let name = manifest.lines().find_map(|line| line.strip_prefix("name = \"")?.strip_suffix('"'));

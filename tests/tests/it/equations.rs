@@ -32,6 +32,6 @@ fn the_same_scene_and_strokes_lead_the_tip_to_the_same_place_in_one_version_of_t
     }
     assert!(
         wrong.is_empty(),
-        "where that is meant, raise EQUATIONS in base/src/scene/mod.rs and put these tips here: {wrong:#?}"
+        "where that is meant, raise EQUATIONS in core/base/src/scene/mod.rs and put these tips here: {wrong:#?}"
     );
 }

@@ -119,7 +119,7 @@ fn every_output_option_is_tried() {
 
 #[test]
 fn every_verb_says_its_exit_codes_and_they_are_those_of_the_table() {
-    let readme = std::fs::read_to_string(root().join("cli/README.md")).unwrap();
+    let readme = std::fs::read_to_string(root().join("app/cli/README.md")).unwrap();
     let code = |line: &str| line.strip_prefix("| ")?.split(' ').next()?.parse::<u32>().ok();
     let table: BTreeSet<u32> = readme.lines().filter_map(code).collect();
     assert_eq!(table, BTreeSet::from([0, 1, 2, 141]));
@@ -188,7 +188,7 @@ fn place() -> Workplace {
     run("arm simulate three-link --torques torques.csv --out motion.csv");
     run("identify scene-coreact.toml rec.csv rec2.csv --rounds 1 --out identified");
     run("fit-residual identified --out r.safetensors --epochs 1 --members 1");
-    let study = std::fs::read(root().join("cli/studies/paper.toml")).unwrap();
+    let study = std::fs::read(root().join("app/cli/studies/paper.toml")).unwrap();
     place.write("study.toml", study);
     place.write("foreign.txt", "of another");
     place.write("foreign", "of another");

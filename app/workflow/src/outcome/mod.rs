@@ -1,0 +1,139 @@
+//! The outcome of a verb: one struct with every number that is shown or stored. `metrics.json`, `--json`, the page and the
+//! console are all made from it.
+
+mod document;
+
+use std::borrow::Cow;
+
+pub use document::{MARK, document, rewrite};
+use hysteron_base::json;
+use hysteron_report::verdict::Verdict;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{DeserializeOwned, Error as _};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// The result type of a verb.
+pub trait Outcome: Serialize + DeserializeOwned + JsonSchema {
+    /// The verdict on the result, of verbs that give one.
+    fn verdict(&self) -> Option<&Verdict> {
+        None
+    }
+}
+
+/// An outcome as a terminal prints it.
+#[derive(Debug)]
+pub struct Printed {
+    /// The verdict, for people.
+    pub verdict: Option<Verdict>,
+    /// The whole outcome as JSON, for programs.
+    pub json: String,
+}
+
+impl Printed {
+    /// Of any verb's outcome.
+    ///
+    /// # Errors
+    /// Those of writing JSON.
+    pub fn new<T: Outcome>(outcome: &T) -> anyhow::Result<Self> {
+        Ok(Self { verdict: outcome.verdict().cloned(), json: json::to_text(outcome)? })
+    }
+
+    /// Of a verb whose outcome is an object of JSON without a type of its own.
+    ///
+    /// # Errors
+    /// Those of writing JSON.
+    pub fn untyped(outcome: &json::Value) -> anyhow::Result<Self> {
+        let nothing = json!({});
+        let json = json::to_text(if outcome.is_null() { &nothing } else { outcome })?;
+        Ok(Self { verdict: json::from_value(&outcome["verdict"]).ok(), json })
+    }
+
+    /// Of a verb that has nothing to say.
+    pub fn nothing() -> Self {
+        Self { verdict: None, json: "{}\n".to_owned() }
+    }
+}
+
+/// Reads one of two objects: `with` where the key is there, `without` where it is not. (What serde holds back to choose a variant
+/// by itself has lost the numbers that are not finite.)
+///
+/// # Errors
+/// Those of reading the chosen object.
+pub(crate) fn by_key<'de, D: Deserializer<'de>, A: DeserializeOwned, B: DeserializeOwned, T>(
+    deserializer: D,
+    key: &str,
+    with: impl FnOnce(A) -> T,
+    without: impl FnOnce(B) -> T,
+) -> Result<T, D::Error> {
+    let object = json::Value::deserialize(deserializer)?;
+    match object.get(key) {
+        Some(_) => json::from_value(&object).map(with),
+        None => json::from_value(&object).map(without),
+    }
+    .map_err(D::Error::custom)
+}
+
+/// The value of `format` in every `metrics.json`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct MetricsFormat;
+
+impl MetricsFormat {
+    const TEXT: &str = "hysteron-metrics";
+}
+
+impl Serialize for MetricsFormat {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(Self::TEXT)
+    }
+}
+
+impl<'de> Deserialize<'de> for MetricsFormat {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        match String::deserialize(deserializer)?.as_str() {
+            Self::TEXT => Ok(Self),
+            other => {
+                Err(D::Error::custom(format_args!("expected format \"{}\", got \"{other}\"", Self::TEXT)))
+            }
+        }
+    }
+}
+
+impl JsonSchema for MetricsFormat {
+    fn schema_name() -> Cow<'static, str> {
+        "MetricsFormat".into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "const": Self::TEXT })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+
+    use super::*;
+
+    #[test]
+    fn the_document_is_that_of_the_types() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/outcomes.md");
+        let text = std::fs::read_to_string(path).unwrap();
+        let (_, there) = text.split_once(MARK).unwrap();
+        let made = document();
+        let differs = there.lines().zip(made.lines()).find(|(there, made)| there != made);
+        assert!(there == made, "docs/outcomes.md is out of date: {MARK}{differs:?}");
+    }
+
+    #[test]
+    fn only_metrics_are_read_as_metrics() {
+        let text = json::to_text(MetricsFormat).unwrap();
+        assert_eq!(text.trim(), "\"hysteron-metrics\"");
+        assert_eq!(json::from_text::<MetricsFormat>(text).unwrap(), MetricsFormat);
+        let error = json::from_text::<MetricsFormat>("\"hysteron-scene\"").unwrap_err().to_string();
+        assert!(error.starts_with("expected format \"hysteron-metrics\", got \"hysteron-scene\""), "{error}");
+    }
+}
