@@ -7,7 +7,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::PathBuf;
 
-use anyhow::Context;
+use anyhow::Context as _;
 use hysteron_base::{file, rng};
 use rand::RngExt;
 

@@ -8,9 +8,9 @@ use std::process::ExitCode;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, Parser, Subcommand};
 use hysteron_base::BadInput;
-use hysteron_workflow::number;
+use hysteron_workflow::shared::number;
 
-use crate::caller::WATCHDOG;
+use crate::context::WATCHDOG;
 use crate::terminal;
 
 const HELP: &str = "\
@@ -78,44 +78,44 @@ pub struct Program {
 #[derive(Debug, Subcommand)]
 pub enum Verb {
     #[command(after_help = include_str!("help/simulate.txt"))]
-    Simulate(hysteron_workflow::simulate::Options),
+    Simulate(hysteron_workflow::tendon::simulate::Options),
     #[command(after_help = include_str!("help/reach.txt"))]
-    Reach(hysteron_workflow::reach::Options),
+    Reach(hysteron_workflow::tendon::reach::Options),
     #[command(after_help = include_str!("help/mesh.txt"))]
-    Mesh(hysteron_workflow::mesh::Options),
+    Mesh(hysteron_workflow::tendon::mesh::Options),
     #[command(after_help = include_str!("help/check.txt"))]
-    Check(hysteron_workflow::check::Options),
+    Check(hysteron_workflow::tendon::check::Options),
     #[command(after_help = include_str!("help/record.txt"))]
-    Record(hysteron_workflow::record::Options),
+    Record(hysteron_workflow::rig::record::Options),
     #[command(after_help = include_str!("help/import.txt"))]
     Import(hysteron_workflow::import::Options),
     Arm(crate::arm::Arguments),
     #[command(after_help = include_str!("help/fit-material.txt"))]
-    FitMaterial(hysteron_workflow::fit_material::Options),
+    FitMaterial(hysteron_workflow::tendon::fit_material::Options),
     #[command(after_help = include_str!("help/identify.txt"))]
-    Identify(hysteron_workflow::identify::Options),
+    Identify(hysteron_workflow::tendon::identify::Options),
     #[command(after_help = include_str!("help/fit-residual.txt"))]
-    FitResidual(hysteron_workflow::fit_residual::Options),
+    FitResidual(hysteron_workflow::tendon::fit_residual::Options),
     #[command(after_help = include_str!("help/adapt.txt"))]
-    Adapt(hysteron_workflow::adapt::Options),
+    Adapt(hysteron_workflow::tendon::adapt::Options),
     #[command(after_help = include_str!("help/generate.txt"))]
-    Generate(hysteron_workflow::generate::Options),
+    Generate(hysteron_workflow::tendon::generate::Options),
     #[command(after_help = include_str!("help/target.txt"))]
-    Target(hysteron_workflow::target::Options),
+    Target(hysteron_workflow::tendon::target::Options),
     #[command(after_help = include_str!("help/evaluate.txt"))]
-    Evaluate(hysteron_workflow::evaluate::Options),
+    Evaluate(hysteron_workflow::tendon::evaluate::Options),
     #[command(after_help = include_str!("help/train.txt"))]
-    Train(hysteron_workflow::train::Options),
+    Train(hysteron_workflow::tendon::train::Options),
     #[command(after_help = include_str!("help/command.txt"))]
-    Command(hysteron_workflow::command::Options),
+    Command(hysteron_workflow::tendon::command::Options),
     #[command(after_help = include_str!("help/track.txt"))]
-    Track(hysteron_workflow::track::Options),
+    Track(hysteron_workflow::tendon::track::Options),
     #[command(after_help = include_str!("help/fit-sensor.txt"))]
-    FitSensor(hysteron_workflow::sense::fit::Options),
+    FitSensor(hysteron_workflow::tendon::sense::fit::Options),
     #[command(after_help = include_str!("help/sense.txt"))]
-    Sense(hysteron_workflow::sense::Options),
+    Sense(hysteron_workflow::tendon::sense::Options),
     #[command(after_help = include_str!("help/identify-servo.txt"))]
-    IdentifyServo(hysteron_workflow::identify_servo::Options),
+    IdentifyServo(hysteron_workflow::rig::identify_servo::Options),
     Rig(crate::rig::Arguments),
     Study(crate::study::Arguments),
     /// As `hysteron study run`
@@ -138,7 +138,7 @@ impl Program {
     pub fn typed() -> Result<Self, ExitCode> {
         Self::try_parse().map_err(|error| match out_of_range(&error) {
             Some(bad) => {
-                terminal::complain(&bad.into());
+                terminal::report_error(&bad.into());
                 ExitCode::from(2)
             }
             None => {
@@ -158,7 +158,7 @@ impl Program {
     }
 
     /// Whether results of this program that other arguments have made may be replaced too.
-    pub fn may_overwrite(&self) -> bool {
+    pub fn overwrite(&self) -> bool {
         self.overwrite
     }
 

@@ -104,6 +104,6 @@ fn look_after() {
 /// Ends the program, without a part of a file or a lock left behind.
 fn end(why: &str) -> ! {
     abandon_outputs();
-    terminal::complain(&anyhow::anyhow!("{why}"));
+    terminal::report_error(&anyhow::anyhow!("{why}"));
     std::process::exit(1)
 }

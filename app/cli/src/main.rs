@@ -5,7 +5,7 @@
 
 mod arguments;
 mod arm;
-mod caller;
+mod context;
 mod failure;
 mod interrupt;
 mod limits;
@@ -18,8 +18,8 @@ mod terminal;
 use std::process::ExitCode;
 
 use clap::CommandFactory;
-use hysteron_workflow::outcome::Printed;
-use hysteron_workflow::{self as workflow, Caller, watchdog};
+use hysteron_workflow::shared::outcome::Printed;
+use hysteron_workflow::{self as workflow, Context, shared::watchdog};
 
 use arguments::{Program, Verb};
 
@@ -32,20 +32,20 @@ fn main() -> ExitCode {
     if program.is_json() {
         terminal::use_json();
     }
-    let caller = caller::by_terminal(program.may_overwrite());
-    match prepare(&program).and_then(|()| run(&program, &caller)) {
+    let context = context::by_terminal(program.overwrite());
+    match prepare(&program).and_then(|()| run(&program, &context)) {
         Ok(outcome) => {
             terminal::print_outcome(&outcome);
             terminal::exit_code_of_printing()
         }
         Err(error) => {
-            if let Some(refused) = error.downcast_ref::<workflow::check::Refused>() {
+            if let Some(refused) = error.downcast_ref::<workflow::tendon::check::Refused>() {
                 terminal::print_outcome(&refused.outcome);
             }
             if failure::is_told(&error) {
                 tracing::warn!("{error:#}");
             } else {
-                terminal::complain(&error);
+                terminal::report_error(&error);
             }
             ExitCode::from(failure::exit_code(&error))
         }
@@ -64,39 +64,45 @@ fn prepare(program: &Program) -> anyhow::Result<()> {
 }
 
 /// Runs the verb.
-fn run(program: &Program, caller: &Caller) -> anyhow::Result<Printed> {
+fn run(program: &Program, context: &Context) -> anyhow::Result<Printed> {
     match &program.verb {
-        Verb::Simulate(options) => Printed::new(&workflow::simulate::run(options, caller)?),
-        Verb::Reach(options) => Printed::new(&workflow::reach::run(options, caller)?),
-        Verb::Mesh(options) => Printed::new(&workflow::mesh::run(options, caller)?),
-        Verb::Check(options) => Printed::new(&workflow::check::run(options, caller)?),
-        Verb::Record(options) => Printed::new(&workflow::record::run(options, caller)?),
-        Verb::Import(options) => Printed::new(&workflow::import::run(options, caller)?),
-        Verb::FitMaterial(options) => Printed::untyped(&workflow::fit_material::run(options, caller)?),
-        Verb::Identify(options) => Printed::untyped(&workflow::identify::run(options, caller)?),
-        Verb::FitResidual(options) => Printed::untyped(&workflow::fit_residual::run(options, caller)?),
-        Verb::Adapt(options) => Printed::untyped(&workflow::adapt::run(options, caller)?),
-        Verb::Generate(options) => Printed::new(&workflow::generate::run(options, caller)?),
-        Verb::Target(options) => Printed::new(&workflow::target::run(options, caller)?),
-        Verb::Evaluate(options) => Printed::new(&workflow::evaluate::run(options, caller)?),
-        Verb::Train(options) => Printed::untyped(&workflow::train::run(options, caller)?),
-        Verb::Command(options) => Printed::new(&workflow::command::run(options, caller)?),
-        Verb::Track(options) => Printed::new(&workflow::track::run(options, caller)?),
-        Verb::FitSensor(options) => Printed::untyped(&workflow::sense::fit::run(options, caller)?),
-        Verb::Sense(options) => Printed::untyped(&workflow::sense::run(options, caller)?),
-        Verb::IdentifyServo(options) => Printed::untyped(&workflow::identify_servo::run(options, caller)?),
-        Verb::Study(arguments) => Printed::untyped(&study::verb(arguments, &program.passed_on(), caller)?),
-        Verb::Run(options) => Printed::untyped(&study::run(options, &program.passed_on(), caller)?),
-        Verb::Demo(arguments) => {
-            Printed::untyped(&study::demo::run(arguments, &program.passed_on(), caller)?)
+        Verb::Simulate(options) => Printed::new(&workflow::tendon::simulate::run(options, context)?),
+        Verb::Reach(options) => Printed::new(&workflow::tendon::reach::run(options, context)?),
+        Verb::Mesh(options) => Printed::new(&workflow::tendon::mesh::run(options, context)?),
+        Verb::Check(options) => Printed::new(&workflow::tendon::check::run(options, context)?),
+        Verb::Record(options) => Printed::new(&workflow::rig::record::run(options, context)?),
+        Verb::Import(options) => Printed::new(&workflow::import::run(options, context)?),
+        Verb::FitMaterial(options) => {
+            Printed::untyped(&workflow::tendon::fit_material::run(options, context)?)
         }
-        Verb::Rig(arguments) => rig::run(arguments, caller),
-        Verb::Arm(arguments) => arm::run(arguments, caller),
+        Verb::Identify(options) => Printed::untyped(&workflow::tendon::identify::run(options, context)?),
+        Verb::FitResidual(options) => {
+            Printed::untyped(&workflow::tendon::fit_residual::run(options, context)?)
+        }
+        Verb::Adapt(options) => Printed::untyped(&workflow::tendon::adapt::run(options, context)?),
+        Verb::Generate(options) => Printed::new(&workflow::tendon::generate::run(options, context)?),
+        Verb::Target(options) => Printed::new(&workflow::tendon::target::run(options, context)?),
+        Verb::Evaluate(options) => Printed::new(&workflow::tendon::evaluate::run(options, context)?),
+        Verb::Train(options) => Printed::untyped(&workflow::tendon::train::run(options, context)?),
+        Verb::Command(options) => Printed::new(&workflow::tendon::command::run(options, context)?),
+        Verb::Track(options) => Printed::new(&workflow::tendon::track::run(options, context)?),
+        Verb::FitSensor(options) => Printed::untyped(&workflow::tendon::sense::fit::run(options, context)?),
+        Verb::Sense(options) => Printed::untyped(&workflow::tendon::sense::run(options, context)?),
+        Verb::IdentifyServo(options) => {
+            Printed::untyped(&workflow::rig::identify_servo::run(options, context)?)
+        }
+        Verb::Study(arguments) => Printed::untyped(&study::verb(arguments, &program.passed_on(), context)?),
+        Verb::Run(options) => Printed::untyped(&study::run(options, &program.passed_on(), context)?),
+        Verb::Demo(arguments) => {
+            Printed::untyped(&study::demo::run(arguments, &program.passed_on(), context)?)
+        }
+        Verb::Rig(arguments) => rig::run(arguments, context),
+        Verb::Arm(arguments) => arm::run(arguments, context),
         Verb::Completions(arguments) => {
             manual::completions(arguments, Program::command());
             Ok(Printed::nothing())
         }
-        Verb::Man(arguments) => Printed::untyped(&manual::man(arguments, Program::command(), caller)?),
+        Verb::Man(arguments) => Printed::untyped(&manual::man(arguments, Program::command(), context)?),
         Verb::Watchdog { rig } => watchdog::watch(rig).map(|()| Printed::nothing()),
     }
 }

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::Context as _;
 use hysteron_base::{file, json};
-use hysteron_workflow::Caller;
-use hysteron_workflow::outputs::{Outputs, SIGNATURE};
+use hysteron_workflow::Context;
+use hysteron_workflow::shared::outputs::{Outputs, SIGNATURE};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -56,23 +56,23 @@ struct Pages {
 pub fn completions(arguments: &CompletionArguments, mut program: clap::Command) {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut program, "hysteron", &mut script);
-    terminal::print(String::from_utf8_lossy(&script).trim_end());
+    terminal::print_raw(String::from_utf8_lossy(&script).trim_end());
 }
 
 /// Runs the verb `man` for the command line `program`.
-pub fn man(arguments: &ManArguments, mut program: clap::Command, caller: &Caller) -> anyhow::Result<Value> {
+pub fn man(arguments: &ManArguments, mut program: clap::Command, context: &Context) -> anyhow::Result<Value> {
     program.build();
     let mut written = Vec::new();
     render_pages(&arguments.out, &program, &mut written)?;
     written.sort();
     let outputs = Outputs::default().folder("--out", &arguments.out);
     let outputs = written.iter().fold(outputs, |outputs, (path, _)| outputs.file("--out", path));
-    let _claim = outputs.check(caller)?;
+    let _claim = outputs.check(context)?;
     for (path, page) in &written {
         file::write_bytes(path, page)?;
     }
     let pages: Vec<PathBuf> = written.into_iter().map(|(path, _)| path).collect();
-    terminal::say(format_args!("{} pages in {}", pages.len(), arguments.out.display()));
+    terminal::print(format_args!("{} pages in {}", pages.len(), arguments.out.display()));
     Ok(json::to_value(Pages { pages })?)
 }
 

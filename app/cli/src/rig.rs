@@ -1,7 +1,7 @@
 //! `hysteron rig`: the words of its verbs.
 
-use hysteron_workflow::outcome::Printed;
-use hysteron_workflow::{Caller, rig};
+use hysteron_workflow::shared::outcome::Printed;
+use hysteron_workflow::{Context, rig};
 
 /// Servos and tracker, real or emulated
 ///
@@ -27,11 +27,11 @@ enum Verb {
 }
 
 /// Runs the verb.
-pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Printed> {
+pub fn run(arguments: &Arguments, context: &Context) -> anyhow::Result<Printed> {
     match &arguments.verb {
-        Verb::Check(options) => Printed::new(&rig::check::run(options, caller)?),
-        Verb::Calibrate(options) => Printed::new(&rig::calibrate::run(options, caller)?),
-        Verb::Emulate(options) => Printed::new(&rig::emulate::run(options, caller)?),
-        Verb::Recover(options) => Printed::new(&rig::recover::run(options, caller)?),
+        Verb::Check(options) => Printed::new(&rig::check::run(options, context)?),
+        Verb::Calibrate(options) => Printed::new(&rig::calibrate::run(options, context)?),
+        Verb::Emulate(options) => Printed::new(&rig::emulate::run(options, context)?),
+        Verb::Recover(options) => Printed::new(&rig::recover::run(options, context)?),
     }
 }

@@ -8,8 +8,8 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use hysteron_workflow::outcome::Printed;
-use hysteron_workflow::verdict;
+use hysteron_workflow::shared::outcome::Printed;
+use hysteron_workflow::shared::verdict;
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::prelude::*;
@@ -27,18 +27,18 @@ pub fn is_json() -> bool {
 }
 
 /// Prints a result for a person.
-pub fn say(line: impl std::fmt::Display) {
+pub fn print(line: impl std::fmt::Display) {
     if !is_json() {
-        print(escaped(&line.to_string()));
+        print_raw(escaped(&line.to_string()));
     }
 }
 
 /// Prints the outcome of a verb: with `--json` the same object that stands in `metrics.json`, where the verb writes one; without
 /// it the verdict, where there is one.
 pub fn print_outcome(outcome: &Printed) {
-    outcome.verdict.iter().flat_map(verdict::lines).for_each(say);
+    outcome.verdict.iter().flat_map(verdict::lines).for_each(print);
     if is_json() {
-        print(outcome.json.trim_end());
+        print_raw(outcome.json.trim_end());
     }
 }
 
@@ -47,7 +47,7 @@ static UNPRINTED: Mutex<Option<io::Error>> = Mutex::new(None);
 
 /// Prints a text that is itself the result, whoever reads it. What stdout does not take is an error at the end: the files
 /// of a verb are worth more than its lines.
-pub fn print(text: impl std::fmt::Display) {
+pub fn print_raw(text: impl std::fmt::Display) {
     keep_first(writeln!(io::stdout(), "{text}").and_then(|()| io::stdout().flush()));
 }
 
@@ -65,7 +65,7 @@ pub fn exit_code_of_printing() -> ExitCode {
         None => ExitCode::SUCCESS,
         Some(error) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::from(CLOSED_PIPE),
         Some(error) => {
-            complain(&anyhow::Error::new(error).context("stdout"));
+            report_error(&anyhow::Error::new(error).context("stdout"));
             ExitCode::FAILURE
         }
     }
@@ -75,7 +75,7 @@ pub fn exit_code_of_printing() -> ExitCode {
 const CLOSED_PIPE: u8 = 141;
 
 /// Prints why the program failed.
-pub fn complain(error: &anyhow::Error) {
+pub fn report_error(error: &anyhow::Error) {
     // Where nobody can read it, the exit code says it.
     let _ = writeln!(io::stderr(), "error: {}", escaped_list(&format!("{error:#}")));
 }

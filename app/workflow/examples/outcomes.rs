@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hysteron_workflow::outcome::{MARK, document};
+use hysteron_workflow::shared::outcome::{MARK, document};
 
 fn main() -> anyhow::Result<()> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/outcomes.md");

@@ -2,7 +2,7 @@
 
 use hysteron_base::json;
 use hysteron_tests::{Workplace, root};
-use hysteron_workflow::outcome::rewrite;
+use hysteron_workflow::shared::outcome::rewrite;
 use serde_json::Value;
 
 /// Two short motions within the limits of the virtual rig.

@@ -1,7 +1,7 @@
 //! `hysteron arm fit`: the words of its verbs.
 
-use hysteron_workflow::Caller;
-use hysteron_workflow::arm_fit::{delan, neural};
+use hysteron_workflow::Context;
+use hysteron_workflow::arm::fit::{delan, neural};
 use serde_json::Value;
 
 /// Learn a model from recordings
@@ -20,9 +20,9 @@ enum What {
 }
 
 /// Runs the verb.
-pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(arguments: &Arguments, context: &Context) -> anyhow::Result<Value> {
     match &arguments.what {
-        What::Delan(options) => delan::run(options, caller),
-        What::Neural(options) => neural::run(options, caller),
+        What::Delan(options) => delan::run(options, context),
+        What::Neural(options) => neural::run(options, context),
     }
 }

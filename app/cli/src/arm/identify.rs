@@ -1,7 +1,7 @@
 //! `hysteron arm identify`: the words of its verbs.
 
-use hysteron_workflow::Caller;
-use hysteron_workflow::arm_identify::{friction, inertia, payload, servo};
+use hysteron_workflow::Context;
+use hysteron_workflow::arm::identify::{friction, inertia, payload, servo};
 use serde_json::Value;
 
 /// Identify an arm from recordings of it
@@ -24,11 +24,11 @@ enum What {
 }
 
 /// Runs the verb.
-pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(arguments: &Arguments, context: &Context) -> anyhow::Result<Value> {
     match &arguments.what {
-        What::Inertia(options) => inertia::run(options, caller),
-        What::Friction(options) => friction::run(options, caller),
-        What::Servo(options) => servo::run(options, caller),
-        What::Payload(options) => payload::run(options, caller),
+        What::Inertia(options) => inertia::run(options, context),
+        What::Friction(options) => friction::run(options, context),
+        What::Servo(options) => servo::run(options, context),
+        What::Payload(options) => payload::run(options, context),
     }
 }

@@ -4,8 +4,9 @@ mod fit;
 mod identify;
 
 use hysteron_base::BadInput;
-use hysteron_workflow::outcome::Printed;
-use hysteron_workflow::{Caller, arm, arm_fit, arm_study};
+use hysteron_workflow::shared::outcome::Printed;
+use hysteron_workflow::study::arm as arm_study;
+use hysteron_workflow::{Context, arm};
 
 const HELP: &str = "\
 MODEL is a file of URDF, xacro or MJCF (docs/robot-files.md), or the name of a built-in robot: open-manipulator-x, panda, so101, scara, three-link, wrist.
@@ -30,7 +31,7 @@ pub struct Arguments {
 #[derive(Debug, clap::Subcommand)]
 enum Verb {
     #[command(after_help = include_str!("../help/arm-adapt.txt"))]
-    Adapt(arm_fit::adapt::Options),
+    Adapt(arm::fit::adapt::Options),
     Info(arm::info::Options),
     Check(arm::info::CheckOptions),
     #[command(after_help = include_str!("../help/arm-dynamics.txt"))]
@@ -39,9 +40,9 @@ enum Verb {
     #[command(after_help = include_str!("../help/arm-emulate.txt"))]
     Emulate(arm::emulate::Options),
     #[command(after_help = include_str!("../help/arm-estimate.txt"))]
-    Estimate(arm_fit::estimate::Options),
+    Estimate(arm::fit::estimate::Options),
     #[command(after_help = include_str!("../help/arm-evaluate.txt"))]
-    Evaluate(arm_fit::evaluate::Options),
+    Evaluate(arm::fit::evaluate::Options),
     #[command(after_help = include_str!("../help/arm-excite.txt"))]
     Excite(arm::excite::Options),
     #[command(after_help = include_str!("../help/arm-export.txt"))]
@@ -66,25 +67,25 @@ enum Verb {
 }
 
 /// Runs the verb.
-pub fn run(arguments: &Arguments, caller: &Caller) -> anyhow::Result<Printed> {
+pub fn run(arguments: &Arguments, context: &Context) -> anyhow::Result<Printed> {
     match &arguments.verb {
-        Verb::Adapt(options) => Printed::untyped(&arm_fit::adapt::run(options, caller)?),
-        Verb::Info(options) => Printed::new(&arm::info::run(options, caller)?),
-        Verb::Check(options) => Printed::new(&arm::info::check(options, caller)?),
-        Verb::Dynamics(options) => Printed::new(&arm::dynamics::run(options, caller)?),
+        Verb::Adapt(options) => Printed::untyped(&arm::fit::adapt::run(options, context)?),
+        Verb::Info(options) => Printed::new(&arm::info::run(options, context)?),
+        Verb::Check(options) => Printed::new(&arm::info::check(options, context)?),
+        Verb::Dynamics(options) => Printed::new(&arm::dynamics::run(options, context)?),
         #[cfg(unix)]
-        Verb::Emulate(options) => Printed::new(&arm::emulate::run(options, caller)?),
-        Verb::Estimate(options) => Printed::untyped(&arm_fit::estimate::run(options, caller)?),
-        Verb::Evaluate(options) => Printed::untyped(&arm_fit::evaluate::run(options, caller)?),
-        Verb::Excite(options) => Printed::untyped(&arm::excite::run(options, caller)?),
-        Verb::Export(options) => Printed::new(&arm::export::run(options, caller)?),
-        Verb::Fit(arguments) => Printed::untyped(&fit::run(arguments, caller)?),
-        Verb::Generate(options) => Printed::untyped(&arm::generate::run(options, caller)?),
-        Verb::Identify(arguments) => Printed::untyped(&identify::run(arguments, caller)?),
+        Verb::Emulate(options) => Printed::new(&arm::emulate::run(options, context)?),
+        Verb::Estimate(options) => Printed::untyped(&arm::fit::estimate::run(options, context)?),
+        Verb::Evaluate(options) => Printed::untyped(&arm::fit::evaluate::run(options, context)?),
+        Verb::Excite(options) => Printed::untyped(&arm::excite::run(options, context)?),
+        Verb::Export(options) => Printed::new(&arm::export::run(options, context)?),
+        Verb::Fit(arguments) => Printed::untyped(&fit::run(arguments, context)?),
+        Verb::Generate(options) => Printed::untyped(&arm::generate::run(options, context)?),
+        Verb::Identify(arguments) => Printed::untyped(&identify::run(arguments, context)?),
         Verb::Import { arguments } => Err(moved(arguments).into()),
-        Verb::Record(options) => Printed::new(&arm::record::run(options, caller)?),
-        Verb::Simulate(options) => Printed::new(&arm::simulate::run(options, caller)?),
-        Verb::Study(options) => Printed::untyped(&arm_study::run(options, caller)?),
+        Verb::Record(options) => Printed::new(&arm::record::run(options, context)?),
+        Verb::Simulate(options) => Printed::new(&arm::simulate::run(options, context)?),
+        Verb::Study(options) => Printed::untyped(&arm_study::run(options, context)?),
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, file};
 use hysteron_workflow::study::Options;
-use hysteron_workflow::{Caller, outputs};
+use hysteron_workflow::{Context, shared::outputs};
 use serde_json::Value;
 
 /// The files of the study, by their path in its folder.
@@ -26,13 +26,13 @@ pub struct Arguments {
 }
 
 /// Runs the verb.
-pub fn run(arguments: &Arguments, passed_on: &[String], caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(arguments: &Arguments, passed_on: &[String], context: &Context) -> anyhow::Result<Value> {
     outputs::check_report("--out", &arguments.out)?;
     for (name, bytes) in FILES {
         write_once(&arguments.out.join(name), bytes)?;
     }
     let options = Options { study: arguments.out.join(STUDY), out: Some(arguments.out.clone()) };
-    super::run(&options, passed_on, caller)
+    super::run(&options, passed_on, context)
 }
 
 /// Writes a file unless it is there; a person's own is not overwritten.

@@ -4,7 +4,7 @@
 pub mod demo;
 mod runner;
 
-use hysteron_workflow::Caller;
+use hysteron_workflow::Context;
 use hysteron_workflow::study::{self, Options};
 use serde_json::Value;
 
@@ -24,12 +24,12 @@ enum Verb {
 }
 
 /// Runs the verb; `passed_on` are options of all verbs.
-pub fn verb(arguments: &Arguments, passed_on: &[String], caller: &Caller) -> anyhow::Result<Value> {
+pub fn verb(arguments: &Arguments, passed_on: &[String], context: &Context) -> anyhow::Result<Value> {
     let Verb::Run(options) = &arguments.verb;
-    run(options, passed_on, caller)
+    run(options, passed_on, context)
 }
 
 /// Runs the verb; `passed_on` are options of all verbs.
-pub fn run(options: &Options, passed_on: &[String], caller: &Caller) -> anyhow::Result<Value> {
-    study::run(options, |out, study, stages| Runner::new(out, &study.name, passed_on)?.run(stages), caller)
+pub fn run(options: &Options, passed_on: &[String], context: &Context) -> anyhow::Result<Value> {
+    study::run(options, |out, study, stages| Runner::new(out, &study.name, passed_on)?.run(stages), context)
 }

@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, bail};
+use anyhow::{Context as _, bail};
 use hysteron_base::{BadInput, file};
-use hysteron_workflow::outputs;
+use hysteron_workflow::shared::outputs;
 use hysteron_workflow::study::{OnRefusal, Stage, Stamp, Standing, Step, make_room};
 
 use crate::failure::CommandFailed;
 use crate::interrupt;
 use crate::progress::duration;
-use crate::terminal::{self, say};
+use crate::terminal::{self, print};
 
 /// A stage that works is looked after so often.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
@@ -72,15 +72,15 @@ impl<'a> Runner<'a> {
             let earlier = Stamp::read(self.out, stage);
             let standing = stamp.standing(earlier.as_ref(), self.out, stage)?;
             if standing == Standing::Done {
-                say(format_args!("{of}: unchanged"));
+                print(format_args!("{of}: unchanged"));
                 continue;
             }
-            say(format_args!("{of}: {}{}", stage.about, why(&standing)));
-            say(format_args!("      about {} left", duration(self.left(&stages[k..]))));
+            print(format_args!("{of}: {}{}", stage.about, why(&standing)));
+            print(format_args!("      about {} left", duration(self.left(&stages[k..]))));
             make_room(self.out, stage, &standing, earlier.as_ref())?;
             stamp.write(self.out, stage)?;
-            let stamp = self.carry_out(stage, stamp).with_context(|| of.clone())?;
-            say(format_args!("      done in {}", duration(stamp.seconds)));
+            let stamp = self.run_stage(stage, stamp).with_context(|| of.clone())?;
+            print(format_args!("      done in {}", duration(stamp.seconds)));
             self.pace[0] += stage.guess;
             self.pace[1] += stamp.seconds;
             stamp.write(self.out, stage)?;
@@ -89,10 +89,10 @@ impl<'a> Runner<'a> {
     }
 
     /// Runs all commands of a stage; its stamp then lists their outputs.
-    fn carry_out(&self, stage: &Stage, mut stamp: Stamp) -> anyhow::Result<Stamp> {
+    fn run_stage(&self, stage: &Stage, mut stamp: Stamp) -> anyhow::Result<Stamp> {
         let start = Instant::now();
         for step in &stage.steps {
-            say(format_args!("      {}", step.shown()));
+            print(format_args!("      {}", step.shown()));
             let status = self.status_of(step)?;
             if interrupt::is_asked() {
                 match status.code() {

@@ -7,9 +7,9 @@ use hysteron_base::{BadInput, MAX_CHANNELS, Recording};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Caller;
-use crate::learned_dynamics;
-use crate::outputs::Outputs;
+use crate::Context;
+use crate::arm::learned_dynamics;
+use crate::shared::outputs::Outputs;
 
 /// Compute the dynamics of every row of states
 #[derive(Debug, Clone)]
@@ -43,15 +43,15 @@ pub struct Outcome {
     pub out: PathBuf,
 }
 
-impl crate::outcome::Outcome for Outcome {}
+impl crate::shared::outcome::Outcome for Outcome {}
 
 /// Carries out the verb.
 ///
 /// # Errors
 /// Bad input; files that cannot be written.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
+pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     if learned_dynamics::is_model(options.model.as_ref()) {
-        return learned(options, caller);
+        return learned(options, context);
     }
     let states = Recording::read(&options.states)?;
     // Torques follow from accelerations whatever the masses are; the other way round M has to be definite.
@@ -60,17 +60,17 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
             .iter()
             .all(|name| states.channel(name).is_none());
     let model = match is_inverse {
-        true => options.robot_options.model_of_any_mass(&options.model, caller)?,
-        false => options.robot_options.model(&options.model, caller)?,
+        true => options.robot_options.model_of_any_mass(&options.model, context)?,
+        false => options.robot_options.model(&options.model, context)?,
     };
     let frame = super::frame(&model, options.frame.as_deref())?;
     check_columns(&model, options, is_inverse)?;
     let wanted = Wanted { frame, derivatives: options.derivatives };
     let outputs = super::reads(&options.model).and([&options.states]).recording("--out", &options.out);
-    let _claim = outputs.check(caller)?;
-    let results = dynamics_of_rows(&model, &states, wanted, super::meta(caller, "rigid-body dynamics"))
+    let _claim = outputs.check(context)?;
+    let results = dynamics_of_rows(&model, &states, wanted, super::meta(context, "rigid-body dynamics"))
         .map_err(|bad| bad.within(options.states.display()))?;
-    written(&results, options, caller)
+    written(&results, options, context)
 }
 
 /// Refuses robots whose derivatives do not fit in a recording, with the number of joints that do.
@@ -92,7 +92,7 @@ fn check_columns(model: &Model, options: &Options, is_inverse: bool) -> Result<(
 }
 
 /// Torques of a learned model for the same states.
-fn learned(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
+fn learned(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     if options.derivatives || options.frame.is_some() {
         let option = if options.derivatives { "--derivatives" } else { "--frame" };
         let bad = BadInput::new(option, "a robot file", "a learned model, which has torques alone");
@@ -100,15 +100,15 @@ fn learned(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     }
     let outputs =
         Outputs::reading([Path::new(&options.model), &options.states]).recording("--out", &options.out);
-    let _claim = outputs.check(caller)?;
+    let _claim = outputs.check(context)?;
     let states = Recording::read(&options.states)?;
-    let meta = super::meta(caller, "learned inverse dynamics");
+    let meta = super::meta(context, "learned inverse dynamics");
     let found = learned_dynamics::torques(options.model.as_ref(), (&options.states, &states), meta)?;
-    written(&found, options, caller)
+    written(&found, options, context)
 }
 
-fn written(results: &Recording, options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
+fn written(results: &Recording, options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     results.write(&options.out)?;
-    caller.say(format_args!("{} rows: {}", results.n_samples(), options.out.display()));
+    context.print(format_args!("{} rows: {}", results.n_samples(), options.out.display()));
     Ok(Outcome { rows: results.n_samples(), out: options.out.clone() })
 }

@@ -11,7 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::generate::read_arm;
-use crate::Caller;
+use crate::Context;
 use crate::rig::emulate::PATIENT;
 
 /// Longest run, and longest wait of the hand: a year [s].
@@ -69,7 +69,7 @@ pub struct Outcome {
     pub follower: PortCounts,
 }
 
-impl crate::outcome::Outcome for Outcome {}
+impl crate::shared::outcome::Outcome for Outcome {}
 
 /// Traffic on an emulated port.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -90,7 +90,7 @@ impl PortCounts {
 ///
 /// # Errors
 /// Bad input; ports that cannot be opened; emulated servos that stop by themselves.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
+pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let end = options.for_s.map(|seconds| duration("--for-s", seconds)).transpose()?;
     let begins = duration("--begins-s", options.begins_s)?.as_secs_f64();
     let (general, _) = read_arm(&options.arm)?;
@@ -109,28 +109,28 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     // The links, the file and the log in it are those of one emulator.
     let _folder = Lock::folder(&options.dir)?;
     let path = arms_file(&options.dir)?;
-    caller.listen();
+    context.listen();
     let leader = Emulator::start(leader, leads)?;
     let follower = Emulator::start(follower, follows)?;
     file::write_bytes(&path, patient_arms_file())?;
     for (name, emulator) in [("leader", leader.servo_port()), ("follower", follower.servo_port())] {
-        caller.say(format_args!("{name} at {}, 1000000 baud", emulator.display()));
+        context.print(format_args!("{name} at {}, 1000000 baud", emulator.display()));
     }
     if let Some(fault) = fault {
-        caller.say(format_args!("the follower has {fault}"));
+        context.print(format_args!("the follower has {fault}"));
     }
-    caller.say(format_args!(
+    context.print(format_args!(
         "the hand moves from {begins:.0} to {over:.0} s; log: {}/{TORQUE_LOG}",
         options.dir.display()
     ));
     let out = options.dir.join("motion.parquet");
-    caller.say(format_args!(
+    context.print(format_args!(
         "try: hysteron arm record --arms {} --out {} --seconds 10",
         path.display(),
         out.display()
     ));
     let start = Instant::now();
-    while !caller.is_cancelled() && end.is_none_or(|end| start.elapsed() < end) {
+    while !context.is_cancelled() && end.is_none_or(|end| start.elapsed() < end) {
         anyhow::ensure!(
             leader.is_running() && follower.is_running(),
             "the emulated servos stopped by themselves"
@@ -138,7 +138,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
         std::thread::sleep(Duration::from_millis(20));
     }
     let [leader, follower] = [leader.counts(), follower.counts()];
-    caller.say(format_args!(
+    context.print(format_args!(
         "leader: {} instructions, {} answers; follower: {} and {}",
         leader.instructions, leader.answers, follower.instructions, follower.answers
     ));

@@ -9,7 +9,7 @@ use hysteron_base::{BadInput, Metadata};
 
 use serde_json::Value;
 
-use crate::{Caller, excitation_figures};
+use crate::{Context, excitation_figures};
 
 /// Shape of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,13 +92,13 @@ pub struct Options {
 ///
 /// # Errors
 /// Bad input; files that cannot be written.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     if options.shape == Shape::Fourier && !(options.from.is_empty() && options.to.is_empty()) {
         let option = if options.from.is_empty() { "--to" } else { "--from" };
         let bad = BadInput::new(option, "--shape quintic or cycloid with it", "a Fourier series");
         return Err(bad.hint("a Fourier series begins and ends where its search finds best").into());
     }
-    let model = options.robot_options.model(&options.model, caller)?;
+    let model = options.robot_options.model(&options.model, context)?;
     let wanted = LimitOptions {
         part: options.limits,
         speed: options.speed_limit,
@@ -106,18 +106,18 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     };
     let limits = MotionLimits::of(&model, wanted)?;
     let outputs = super::reads(&options.model).recording("--out", &options.out);
-    let _claim = outputs.report("--figures", options.figures.as_deref()).check(caller)?;
-    let mut meta = super::meta(caller, "designed motion of an arm");
+    let _claim = outputs.report("--figures", options.figures.as_deref()).check(context)?;
+    let mut meta = super::meta(context, "designed motion of an arm");
     let states = match law(options.shape) {
         Some(law) => {
             let ends = [&options.from[..], &options.to];
             let motion = PointToPoint::new(&model, ends, options.duration_s, law, &limits)
                 .map_err(|bad| BadInput { place: format!("--{}", bad.place), ..bad })?;
-            caller.say(format_args!("{:.3} s from rest to rest", motion.duration()));
+            context.print(format_args!("{:.3} s from rest to rest", motion.duration()));
             states_of(&model, &motion, options.rate, meta)?
         }
         None => {
-            let motion = fourier(options, &model, (&limits, caller), &mut meta)?;
+            let motion = fourier(options, &model, (&limits, context), &mut meta)?;
             states_of(&model, &motion, options.rate, meta)?
         }
     };
@@ -126,7 +126,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
         Some(folder) => excitation_figures::write(folder, &model, &states, options.png)?,
         None => excitation_figures::summarise(&model, &states)?,
     };
-    caller.say(format_args!("{} rows: {}", states.n_samples(), options.out.display()));
+    context.print(format_args!("{} rows: {}", states.n_samples(), options.out.display()));
     Ok(value)
 }
 
@@ -141,14 +141,14 @@ fn law(shape: Shape) -> Option<Law> {
 fn fourier(
     options: &Options,
     model: &hysteron_arm::Model,
-    (limits, caller): (&MotionLimits, &Caller),
+    (limits, context): (&MotionLimits, &Context),
     meta: &mut Metadata,
 ) -> anyhow::Result<hysteron_arm::Fourier> {
-    caller.listen();
-    let bar = caller.progress("generations", options.generations as usize, 0);
+    context.listen();
+    let bar = context.progress("generations", options.generations as usize, 0);
     let watch = |_: usize, _: f64| {
         bar.inc(1);
-        !caller.is_cancelled()
+        !context.is_cancelled()
     };
     let search = ExcitationOptions {
         period: options.duration_s.unwrap_or(10.0),
@@ -159,10 +159,10 @@ fn fourier(
     };
     let found = exciting_trajectory(model, limits, &search)?;
     bar.finish();
-    if caller.is_cancelled() {
+    if context.is_cancelled() {
         anyhow::bail!("interrupted; nothing was written");
     }
-    caller.say(format_args!(
+    context.print(format_args!(
         "{} parameters, condition number {:.1}; {:.1} of a drawn series within the same limits",
         found.n_parameters, found.condition, found.condition_before
     ));

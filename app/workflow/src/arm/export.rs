@@ -6,8 +6,8 @@ use hysteron_base::Table;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Caller;
-use crate::robot_file::{self, Part};
+use crate::Context;
+use crate::shared::robot_file::{self, Part};
 
 /// Write a robot as URDF, MJCF or a table of parameters
 #[derive(Debug, Clone)]
@@ -38,23 +38,23 @@ pub struct Outcome {
     pub out: PathBuf,
 }
 
-impl crate::outcome::Outcome for Outcome {}
+impl crate::shared::outcome::Outcome for Outcome {}
 
 /// Carries out the verb.
 ///
 /// # Errors
 /// Bad input; files that cannot be written.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
+pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let part = if options.joints { Part::Joints } else { Part::Whole };
-    let mut model = options.robot_options.model_of_any_mass(&options.model, caller)?;
+    let mut model = options.robot_options.model_of_any_mass(&options.model, context)?;
     if let Some(path) = &options.parameters {
         let table = Table::read(path, None)?;
         model = model.with_parameters(&table).map_err(|bad| bad.within(path.display()))?;
     }
     let outputs = super::reads(&options.model).and(options.parameters.as_deref());
-    let _claim = outputs.file("--out", &options.out).check(caller)?;
+    let _claim = outputs.file("--out", &options.out).check(context)?;
     robot_file::check("--out", &options.out, part)?;
-    robot_file::write(&model, &options.out, part, caller)?;
-    caller.say(format_args!("{} joints: {}", model.n_joints(), options.out.display()));
+    robot_file::write(&model, &options.out, part, context)?;
+    context.print(format_args!("{} joints: {}", model.n_joints(), options.out.display()));
     Ok(Outcome { joints: model.n_joints(), out: options.out.clone() })
 }

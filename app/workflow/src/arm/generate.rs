@@ -9,8 +9,8 @@ use hysteron_rig::virtual_arm::{Planned, SPLITS, VirtualArm, data_set, fault_set
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::outputs::Outputs;
-use crate::{COMMIT, Caller};
+use crate::shared::outputs::Outputs;
+use crate::{COMMIT, Context};
 
 /// Record the data set NAD with the virtual arm: a stand-in where the real one is absent
 #[derive(Debug, Clone)]
@@ -38,7 +38,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "G,...", value_delimiter = ','))]
     pub payloads_g: Vec<u32>,
     /// At most this many trajectories of a task and split
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::number::count::<8>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<8>))]
     pub trajectories: Option<usize>,
 }
 
@@ -88,11 +88,11 @@ struct Card<'a> {
 ///
 /// # Errors
 /// Bad input; files that cannot be written; an interruption.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
+pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     let (general, text) = read_arm(&options.arm)?;
     let arm = general.individual(options.seed);
     let planned = selected(options)?;
-    let jobs: Vec<Job> = planned.into_iter().map(|one| job(options, &arm, one, caller)).collect();
+    let jobs: Vec<Job> = planned.into_iter().map(|one| job(options, &arm, one, context)).collect();
     let n_jobs = jobs.len();
     let (mut rows, mut missing) = (Vec::new(), Vec::new());
     for job in jobs {
@@ -108,12 +108,12 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     let is_new = !copy.exists() || file::read_text(&copy)? == text;
     let has_report = options.out.join("metrics.json").exists();
     let outputs = if is_new || has_report { outputs } else { outputs.file("--out", &copy) };
-    let _claim = outputs.report("--out", Some(&options.out)).check(caller)?;
+    let _claim = outputs.report("--out", Some(&options.out)).check(context)?;
     tracing::info!("{n_jobs} trajectories, {} of them are there already", rows.len());
-    caller.listen();
-    let bar = caller.progress("trajectories", n_jobs, rows.len());
+    context.listen();
+    let bar = context.progress("trajectories", n_jobs, rows.len());
     let found = parallel::try_map(&missing, |job| -> anyhow::Result<Option<Row>> {
-        if caller.is_cancelled() {
+        if context.is_cancelled() {
             return Ok(None);
         }
         let name = job.planned.name();
@@ -125,7 +125,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     })?;
     bar.finish();
     rows.extend(found.into_iter().flatten());
-    if caller.is_cancelled() {
+    if context.is_cancelled() {
         anyhow::bail!(
             "interrupted; {} of {n_jobs} trajectories are done: the same command goes on",
             rows.len()
@@ -135,11 +135,13 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Value> {
     if !copy.exists() || file::read_text(&copy)? != text {
         file::write_bytes(&copy, &text)?;
     }
-    let value = write_card(options, &arm, &rows, caller)?;
+    let value = write_card(options, &arm, &rows, context)?;
     let samples: usize = rows.iter().map(|row| row.samples).sum();
-    caller
-        .say(format_args!("{} trajectories, {samples} samples (virtual arm, stand-in for NAD)", rows.len()));
-    caller.reported(&options.out);
+    context.print(format_args!(
+        "{} trajectories, {samples} samples (virtual arm, stand-in for NAD)",
+        rows.len()
+    ));
+    context.reported(&options.out);
     Ok(value)
 }
 
@@ -213,8 +215,8 @@ fn known(option: &str, wanted: &[String], there: &[&str]) -> Result<(), BadInput
     }
 }
 
-fn job(options: &Options, arm: &VirtualArm, planned: Planned, caller: &Caller) -> Job {
-    let mut meta = super::meta(caller, "");
+fn job(options: &Options, arm: &VirtualArm, planned: Planned, context: &Context) -> Job {
+    let mut meta = super::meta(context, "");
     meta.scene_hash.clone_from(&arm.hash);
     meta.seed = Some(options.seed);
     meta.extra.insert(MODEL.0.to_owned(), MODEL.1.to_owned());
@@ -247,7 +249,7 @@ fn row(job: &Job, recording: &Recording) -> Result<Row, BadInput> {
     })
 }
 
-fn write_card(options: &Options, arm: &VirtualArm, rows: &[Row], caller: &Caller) -> anyhow::Result<Value> {
+fn write_card(options: &Options, arm: &VirtualArm, rows: &[Row], context: &Context) -> anyhow::Result<Value> {
     let seconds: f64 = rows.iter().map(|row| row.duration_s).sum();
     let samples = rows.iter().map(|row| row.samples).sum();
     let card = Card {
@@ -261,11 +263,11 @@ fn write_card(options: &Options, arm: &VirtualArm, rows: &[Row], caller: &Caller
         samples,
         duration_min: seconds / 60.0,
         rows,
-        command: &caller.command,
+        command: &context.command,
         commit: COMMIT,
     };
     let value = write_metrics(&options.out, &card)?;
-    let mut page = Page::new("Data set of the virtual arm", ABOUT, &caller.command);
+    let mut page = Page::new("Data set of the virtual arm", ABOUT, &context.command);
     page.heading("What it holds");
     page.list(vec![
         ("Virtual arm", arm.name.clone()),

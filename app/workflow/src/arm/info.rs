@@ -5,7 +5,7 @@ use hysteron_base::BadInput;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Caller;
+use crate::Context;
 
 /// Print the joints of a robot: tree, masses, ranges, reach
 #[derive(Debug, Clone)]
@@ -47,7 +47,7 @@ pub struct Outcome {
     pub warnings: Vec<String>,
 }
 
-impl crate::outcome::Outcome for Outcome {}
+impl crate::shared::outcome::Outcome for Outcome {}
 
 /// A joint in numbers.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -81,9 +81,9 @@ impl Outcome {
 ///
 /// # Errors
 /// A robot that cannot be read.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
-    let model = options.robot_options.model_of_any_mass(&options.model, caller)?;
-    print(&model, caller);
+pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
+    let model = options.robot_options.model_of_any_mass(&options.model, context)?;
+    print(&model, context);
     Ok(Outcome::new(&model))
 }
 
@@ -91,15 +91,15 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
 ///
 /// # Errors
 /// A robot that cannot be read, or with numbers that look wrong.
-pub fn check(options: &CheckOptions, caller: &Caller) -> anyhow::Result<Outcome> {
-    let model = options.robot_options.model_of_any_mass(&options.model, caller)?;
-    print(&model, caller);
+pub fn check(options: &CheckOptions, context: &Context) -> anyhow::Result<Outcome> {
+    let model = options.robot_options.model_of_any_mass(&options.model, context)?;
+    print(&model, context);
     let suspicions = model.suspicions();
-    caller.say("");
+    context.print("");
     match suspicions.first() {
-        None => caller.say("nothing suspicious"),
+        None => context.print("nothing suspicious"),
         Some(first) => {
-            suspicions.iter().for_each(|suspicion| caller.say(suspicion));
+            suspicions.iter().for_each(|suspicion| context.print(suspicion));
             let found =
                 if suspicions.len() == 1 { first.clone() } else { format!("{} of them", suspicions.len()) };
             return Err(BadInput::new(&options.model, "numbers that a robot can have", found).into());
@@ -108,11 +108,11 @@ pub fn check(options: &CheckOptions, caller: &Caller) -> anyhow::Result<Outcome>
     Ok(Outcome::new(&model))
 }
 
-fn print(model: &Model, caller: &Caller) {
+fn print(model: &Model, context: &Context) {
     let mass: f64 = model.joints().iter().map(|joint| joint.inertia.mass).sum();
-    caller.say(format_args!("{}: {} joints, {mass:.3} kg that move", model.name(), model.n_joints()));
-    caller.say("");
-    caller.say("joint                          moves with                mass [kg]   from            to");
+    context.print(format_args!("{}: {} joints, {mass:.3} kg that move", model.name(), model.n_joints()));
+    context.print("");
+    context.print("joint                          moves with                mass [kg]   from            to");
     for joint in model.joints() {
         let parent = joint.parent.map_or("the base", |parent| &model.joints()[parent].name);
         let shown = |q: f64| match joint.kind {
@@ -121,17 +121,17 @@ fn print(model: &Model, caller: &Caller) {
         };
         let [from, to] =
             joint.drive.range.map_or_else(|| ["any".to_owned(), "any".to_owned()], |range| range.map(shown));
-        caller.say(format_args!(
+        context.print(format_args!(
             "{:<30} {parent:<25} {:>9.4}   {from:<15} {to}",
             joint.name, joint.inertia.mass
         ));
         if let Some(follower) = joint.follows {
             let leader = &model.joints()[follower.joint].name;
-            caller.say(format_args!("    follows {leader}: {} q + {}", follower.ratio, follower.offset));
+            context.print(format_args!("    follows {leader}: {} q + {}", follower.ratio, follower.offset));
         }
     }
-    caller.say("");
-    caller.say(format_args!("reach at most {:.3} m", model.reach()));
+    context.print("");
+    context.print(format_args!("reach at most {:.3} m", model.reach()));
     let frames: Vec<&str> = model.frames().iter().map(|frame| frame.name.as_str()).collect();
-    caller.say(format_args!("frames: {}", frames.join(", ")));
+    context.print(format_args!("frames: {}", frames.join(", ")));
 }

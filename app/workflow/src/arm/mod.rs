@@ -5,8 +5,11 @@ pub mod dynamics;
 pub mod emulate;
 pub mod excite;
 pub mod export;
+pub mod fit;
 pub mod generate;
+pub mod identify;
 pub mod info;
+pub(crate) mod learned_dynamics;
 pub mod record;
 pub mod simulate;
 
@@ -16,8 +19,8 @@ use hysteron_actuator::CatalogueDrive;
 use hysteron_arm::{Base, Masses, Model, ReadOptions};
 use hysteron_base::{BadInput, Metadata, file};
 
-use crate::outputs::Outputs;
-use crate::{COMMIT, Caller};
+use crate::shared::outputs::Outputs;
+use crate::{COMMIT, Context};
 
 /// How a robot file is read.
 #[derive(Debug, Clone, Default)]
@@ -37,19 +40,19 @@ impl RobotOptions {
     ///
     /// # Errors
     /// A robot that cannot be read.
-    pub fn model(&self, text: &str, caller: &Caller) -> anyhow::Result<Model> {
-        self.read(text, Masses::Definite, caller)
+    pub fn model(&self, text: &str, context: &Context) -> anyhow::Result<Model> {
+        self.read(text, Masses::Definite, context)
     }
 
     /// The same with any mass matrix, for kinematics and inverse dynamics.
     ///
     /// # Errors
     /// A robot that cannot be read.
-    pub fn model_of_any_mass(&self, text: &str, caller: &Caller) -> anyhow::Result<Model> {
-        self.read(text, Masses::Any, caller)
+    pub fn model_of_any_mass(&self, text: &str, context: &Context) -> anyhow::Result<Model> {
+        self.read(text, Masses::Any, context)
     }
 
-    fn read(&self, text: &str, masses: Masses, caller: &Caller) -> anyhow::Result<Model> {
+    fn read(&self, text: &str, masses: Masses, context: &Context) -> anyhow::Result<Model> {
         if is_built_in(text) {
             if let Some(argument) = self.arguments.first() {
                 let place = format!("--arg {argument}");
@@ -67,9 +70,9 @@ impl RobotOptions {
         let base = if self.fix_base { Base::Fixed } else { Base::AsInFile };
         let model = Model::read_with(Path::new(text), &ReadOptions { base, masses, arguments })?;
         for joint in &model.notes().welded {
-            caller.say(format_args!("joint \"{}\", which is {}, is held at zero", joint.name, joint.kind));
+            context.print(format_args!("joint \"{}\", which is {}, is held at zero", joint.name, joint.kind));
         }
-        model.notes().warnings.iter().for_each(|warning| caller.say(format_args!("warning: {warning}")));
+        model.notes().warnings.iter().for_each(|warning| context.print(format_args!("warning: {warning}")));
         Ok(model)
     }
 }
@@ -114,11 +117,11 @@ pub fn reads(text: &str) -> Outputs {
 }
 
 /// Who makes a recording, and what it is.
-pub fn meta(caller: &Caller, source: &str) -> Metadata {
+pub fn meta(context: &Context, source: &str) -> Metadata {
     Metadata {
         source: source.to_owned(),
         commit: COMMIT.to_owned(),
-        command: caller.command.clone(),
+        command: context.command.clone(),
         ..Metadata::default()
     }
 }

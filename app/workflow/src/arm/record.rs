@@ -8,9 +8,9 @@ use hysteron_rig::teleoperation::{Arms, ArmsConfig, ArmsOutcome, ArmsRecording, 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Caller;
-use crate::record::partial_files::rescue;
-use crate::watchdog::Watched;
+use crate::Context;
+use crate::rig::record::partial_files::rescue;
+use crate::shared::watchdog::Watched;
 
 /// Longest recording: a day [s].
 const LONGEST: f64 = 86_400.0;
@@ -54,21 +54,21 @@ pub struct Outcome {
     pub late_cycles: usize,
 }
 
-impl crate::outcome::Outcome for Outcome {}
+impl crate::shared::outcome::Outcome for Outcome {}
 
 /// Carries out the verb.
 ///
 /// # Errors
 /// Bad input; arms that do not answer; a limit that was passed.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
+pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let config = ArmsConfig::read(&options.arms)?;
-    let outcome = record((options, &config), Estimates::none(), caller)?;
-    Ok(summary(&outcome, caller))
+    let outcome = record((options, &config), Estimates::none(), context)?;
+    Ok(summary(&outcome, context))
 }
 
 /// Says what was recorded, and returns it.
-pub(crate) fn summary(outcome: &ArmsOutcome, caller: &Caller) -> Outcome {
-    caller.say(format_args!(
+pub(crate) fn summary(outcome: &ArmsOutcome, context: &Context) -> Outcome {
+    context.print(format_args!(
         "{}: {} rows, {} of them filled in, {} cycles late",
         outcome.out.display(),
         outcome.n_rows,
@@ -90,26 +90,26 @@ pub(crate) fn summary(outcome: &ArmsOutcome, caller: &Caller) -> Outcome {
 pub(crate) fn record(
     (options, config): (&Options, &ArmsConfig),
     estimates: Estimates<'_>,
-    caller: &Caller,
+    context: &Context,
 ) -> anyhow::Result<ArmsOutcome> {
     check(options)?;
     let _file = Lock::file(&options.out)?;
-    caller.listen_on_rig();
+    context.listen_on_rig();
     rescue(&options.out)?;
     let mut arms = Arms::open(config)?;
     arms.prepare()?;
-    let mut arms = Watched::new(arms, &options.arms, caller)?;
-    let meta = metadata(options, config, caller);
+    let mut arms = Watched::new(arms, &options.arms, context)?;
+    let meta = metadata(options, config, context);
     let recording = ArmsRecording::begin(config, &options.out, &meta, estimates)?;
-    caller.say(format_args!(
+    context.print(format_args!(
         "{} joints at {:.0} Hz; the follower goes to the leader first{}",
         config.joints.len(),
         1.0 / config.period,
         if options.seconds.is_none() { "; Ctrl-C ends the recording" } else { "" }
     ));
     let total = options.seconds.map_or(0, |seconds| (seconds / config.period).round() as usize);
-    let bar = caller.progress("samples", total, 0);
-    let outcome = recording.run(&mut arms, options.seconds, &|| caller.is_cancelled(), &mut |passed| {
+    let bar = context.progress("samples", total, 0);
+    let outcome = recording.run(&mut arms, options.seconds, &|| context.is_cancelled(), &mut |passed| {
         bar.set_position((passed / config.period).round() as u64);
     })?;
     bar.finish();
@@ -144,8 +144,8 @@ fn check(options: &Options) -> anyhow::Result<()> {
 }
 
 /// Provenance, in the words of recordings that are imported.
-fn metadata(options: &Options, config: &ArmsConfig, caller: &Caller) -> Metadata {
-    let mut meta = super::meta(caller, &format!("arms {}: leader and follower", config.name));
+fn metadata(options: &Options, config: &ArmsConfig, context: &Context) -> Metadata {
+    let mut meta = super::meta(context, &format!("arms {}: leader and follower", config.name));
     let names: Vec<&str> = config.joints.iter().map(|joint| joint.name.as_str()).collect();
     let condition = if options.degraded { "degraded" } else { "healthy" };
     for (key, value) in [

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use hysteron_arm::{Model, Quantity, joint_rows, motion_under_torques};
 use hysteron_base::{BadInput, Recording};
 
-use crate::Caller;
+use crate::Context;
 use crate::arm_figures::{self, Outcome};
 
 /// Simulate the motion of an arm under recorded torques
@@ -44,11 +44,11 @@ pub struct Options {
 ///
 /// # Errors
 /// Bad input; files that cannot be written.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
-    let model = options.robot_options.model(&options.model, caller)?;
+pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
+    let model = options.robot_options.model(&options.model, context)?;
     let torques = Recording::read(&options.torques)?;
     let outputs = super::reads(&options.model).and([&options.torques]).recording("--out", &options.out);
-    let _claim = outputs.report("--figures", options.figures.as_deref()).check(caller)?;
+    let _claim = outputs.report("--figures", options.figures.as_deref()).check(context)?;
     let start = match options.start.is_empty() {
         true => first_row(&model, &torques).map_err(|bad| bad.within(options.torques.display()))?,
         false => options.start.clone(),
@@ -58,7 +58,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
         &torques,
         &start,
         usize::from(options.substeps),
-        super::meta(caller, "rigid-body simulation"),
+        super::meta(context, "rigid-body simulation"),
     )
     .map_err(|bad| bad.within(options.torques.display()))?;
     motion.write(&options.out)?;
@@ -66,7 +66,7 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     if let Some(folder) = &options.figures {
         arm_figures::write(folder, &model, &motion, &outcome, options.png)?;
     }
-    caller.say(format_args!("{} rows: {}", motion.n_samples(), options.out.display()));
+    context.print(format_args!("{} rows: {}", motion.n_samples(), options.out.display()));
     Ok(outcome)
 }
 

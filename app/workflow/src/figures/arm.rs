@@ -15,7 +15,7 @@ use hysteron_report::sheet::{BELOW, LEFT, Sheet, number, padded, ramp};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::outcome::MetricsFormat;
+use crate::shared::outcome::MetricsFormat;
 
 /// Times at which the arm is drawn.
 const POSES: usize = 7;
@@ -74,7 +74,7 @@ pub struct Outcome {
     pub commit: String,
 }
 
-impl crate::outcome::Outcome for Outcome {}
+impl crate::shared::outcome::Outcome for Outcome {}
 
 impl Outcome {
     /// Of a simulated motion.

@@ -7,8 +7,8 @@ use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::verdict::Verdict;
 use serde_json::Value;
 
-use crate::arm_study::cloning::score::{Row, Task};
-use crate::verdict::{compared, repeated};
+use crate::shared::verdict::{compared, repeated};
+use crate::study::arm::cloning::score::{Row, Task};
 
 /// Printed rates of NeuralActuator, table IX, 40 trials each: without and with force.
 const PUBLISHED: [(Task, [usize; 2]); 2] = [(Task::Place, [32, 37]), (Task::Stay, [34, 38])];

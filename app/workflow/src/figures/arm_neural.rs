@@ -15,7 +15,7 @@ use hysteron_studies::neural::published::{
 use hysteron_studies::neural::{FAULT_SPLITS, KINDS, LEFT_OUT, NETWORKS, NeuralStudy};
 use serde_json::Value;
 
-use crate::verdict::{compared, repeated};
+use crate::shared::verdict::{compared, repeated};
 
 /// Half of the interval that holds the mean with 95 %, by seeds (Student's t): of 2 to 10.
 const STUDENT: [f64; 9] = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26];

@@ -19,7 +19,7 @@ use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::sheet::number;
 use hysteron_report::verdict::{Criterion, Verdict};
 
-use crate::verdict::{compared, repeated};
+use crate::shared::verdict::{compared, repeated};
 
 /// Result of a study.
 #[derive(Serialize)]

@@ -5,8 +5,8 @@ use std::path::Path;
 use hysteron_base::{Metadata, Recording};
 
 use super::shapes::{CommandAndTip, NamedShape};
-use crate::health::Health;
-use crate::record::{Outcome, RecordedTrajectory};
+use crate::rig::record::{Outcome, RecordedTrajectory};
+use crate::shared::health::Health;
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Shaded, TimeChart, spans, without_gaps};
 use hysteron_report::page::{Page, write_metrics, write_page};

@@ -7,9 +7,9 @@ use hysteron_twin::fit::{Scale, Standing};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::fit_material::{Outcome, digits, standing};
-use crate::recording_checks::Findings;
-use crate::{COMMIT, Caller};
+use crate::shared::recording_checks::Findings;
+use crate::tendon::fit_material::{Outcome, digits, standing};
+use crate::{COMMIT, Context};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
@@ -80,13 +80,13 @@ pub(crate) fn write(
     folder: &Path,
     outcome: &Outcome,
     with_png: bool,
-    caller: &Caller,
+    context: &Context,
 ) -> anyhow::Result<Value> {
     register_embedded_font()?;
     let figures = [chart(outcome, Shown::Tips), chart(outcome, Shown::Errors)];
     let drawn: Vec<_> =
         figures.iter().map(|figure| save(folder, figure, with_png)).collect::<anyhow::Result<_>>()?;
-    let command = caller.command.clone();
+    let command = context.command.clone();
     let doubts = outcome.doubts();
     let metrics = metrics(outcome, &command, &doubts);
     let value = write_metrics(folder, &metrics)?;
@@ -130,8 +130,8 @@ pub(crate) fn write(
 }
 
 /// The summary, where no report is asked for.
-pub(crate) fn summarise(outcome: &Outcome, caller: &Caller) -> anyhow::Result<Value> {
-    Ok(json::to_value(metrics(outcome, &caller.command, &outcome.doubts()))?)
+pub(crate) fn summarise(outcome: &Outcome, context: &Context) -> anyhow::Result<Value> {
+    Ok(json::to_value(metrics(outcome, &context.command, &outcome.doubts()))?)
 }
 
 fn metrics<'a>(outcome: &'a Outcome, command: &'a str, doubts: &'a [String]) -> Metrics<'a> {

@@ -7,7 +7,7 @@ use hysteron_report::lines::TimeChart;
 use hysteron_report::page::Page;
 use hysteron_report::series::numbered_panels;
 
-use crate::health::{Health, Quantity, ServoHealth, cells};
+use crate::shared::health::{Health, Quantity, ServoHealth, cells};
 
 /// Adds table and figure to a page whose figures stand in `folder`.
 pub fn section(page: &mut Page, folder: &Path, health: &Health, png: bool) -> anyhow::Result<()> {

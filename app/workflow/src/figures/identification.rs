@@ -7,10 +7,10 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::auxiliary_strokes;
-use crate::identify::summary::Row;
-use crate::recording_checks::Findings;
-use crate::verdict::ratio;
-use crate::{COMMIT, Caller};
+use crate::shared::recording_checks::Findings;
+use crate::shared::verdict::ratio;
+use crate::tendon::identify::summary::Row;
+use crate::{COMMIT, Context};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::TimeChart;
 use hysteron_report::page::{Page, write_metrics, write_page};
@@ -63,10 +63,10 @@ pub(crate) struct Shown<'a> {
 }
 
 /// Writes the figures of the recordings in `folder`, `report.html` and `metrics.json` to it.
-pub(crate) fn write(folder: &Path, shown: &Shown, caller: &Caller) -> anyhow::Result<Value> {
+pub(crate) fn write(folder: &Path, shown: &Shown, context: &Context) -> anyhow::Result<Value> {
     register_embedded_font()?;
     let Shown { title, chosen, scene_sha256, rows, left_out, findings } = *shown;
-    let (command, commit) = (caller.command.clone(), COMMIT);
+    let (command, commit) = (context.command.clone(), COMMIT);
     let metrics = Metrics {
         format: "hysteron-metrics",
         version: 1,
@@ -113,7 +113,7 @@ pub(crate) fn write(folder: &Path, shown: &Shown, caller: &Caller) -> anyhow::Re
     findings.show(&mut page);
     page.small(&format!("Scene {scene_sha256}."));
     write_page(folder, page.finish(commit))?;
-    caller.reported(folder);
+    context.reported(folder);
     Ok(value)
 }
 

@@ -8,9 +8,9 @@ use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
 use super::arm_identification::{
     JointSeries, errors_over_speed, errors_over_time, finish, friction_curves, page,
 };
-use crate::Caller;
-use crate::arm_identify::Summary;
-use crate::identify_servo::Found;
+use crate::Context;
+use crate::arm::identify::Summary;
+use crate::rig::identify_servo::Found;
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
 pub(crate) fn write(
@@ -19,13 +19,13 @@ pub(crate) fn write(
     found: &[Found],
     summary: &Summary,
     png: bool,
-    caller: &Caller,
+    context: &Context,
 ) -> anyhow::Result<()> {
     let about = format!(
         "Load scale, friction by the law {law} at speeds that were recorded, and backlash of {} servos.",
         found.len()
     );
-    let mut page = page(folder, "Identified servos", summary, &about, caller)?;
+    let mut page = page(folder, "Identified servos", summary, &about, context)?;
     for servo in found {
         page.heading(&format!("Servo {}", servo.number));
         match &servo.pulley {

@@ -29,9 +29,9 @@ pub mod training;
 
 use std::path::Path;
 
-use anyhow::Context;
+use anyhow::Context as _;
 
-use crate::run::{Outcome, Run, Task};
+use crate::shared::run::{Outcome, Run, Task};
 use hysteron_report::figure::{Drawn, register_embedded_font, save};
 use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};
 use hysteron_report::series::{
@@ -65,7 +65,7 @@ pub fn write(
 
 /// Command and tip of a run that followed strokes, where the tendons bend in two directions and something moved.
 pub fn command_and_tip(run: &Run) -> Option<CommandAndTip> {
-    let angles = crate::plan::angles_of(run.scene);
+    let angles = crate::shared::plan::angles_of(run.scene);
     match run.task {
         Task::Simulate => CommandAndTip::new(&angles, &[(&run.scene.name, run.recording)]).ok(),
         Task::Reach(_) => None,

@@ -7,7 +7,7 @@ use anyhow::Result;
 use hysteron_twin::TwinState;
 use plotters::prelude::*;
 
-use crate::run::Run;
+use crate::shared::run::Run;
 use hysteron_report::figure::Figure;
 use hysteron_report::sheet::{BELOW, Chart, LEFT, Sheet, number, padded, ramp};
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use hysteron_control::score::AxisScore;
 
 use super::shapes::NamedShape;
-use crate::run::Outcome;
+use crate::shared::run::Outcome;
 use hysteron_report::figure::Drawn;
 use hysteron_report::page::{Page, write_metrics, write_page};
 

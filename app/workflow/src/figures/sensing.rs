@@ -10,10 +10,10 @@ use hysteron_twin::sense::ForceSensor;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::inputs::Input;
-use crate::recording_checks::Findings;
-use crate::sense::Scores;
-use crate::{COMMIT, Caller};
+use crate::shared::inputs::Input;
+use crate::shared::recording_checks::Findings;
+use crate::tendon::sense::Scores;
+use crate::{COMMIT, Context};
 
 /// Everything the report may show.
 pub(crate) struct Shown<'a> {
@@ -46,12 +46,17 @@ struct Metrics<'a> {
 }
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
-pub(crate) fn write(folder: &Path, shown: &Shown, caller: &Caller, with_png: bool) -> anyhow::Result<Value> {
+pub(crate) fn write(
+    folder: &Path,
+    shown: &Shown,
+    context: &Context,
+    with_png: bool,
+) -> anyhow::Result<Value> {
     register_embedded_font()?;
-    let value = write_metrics(folder, &metrics(shown, caller))?;
+    let value = write_metrics(folder, &metrics(shown, context))?;
     let about = "Tensions at the pulleys and the force on the tip, told from strokes, loads, tip and twin.";
     let mut page =
-        Page::new(&format!("{}: forces of {}", shown.title, shown.input.name), about, &caller.command);
+        Page::new(&format!("{}: forces of {}", shown.title, shown.input.name), about, &context.command);
     results(&mut page, shown.scores);
     page.heading("Figures");
     page.figure(&save(folder, &force(shown), with_png)?);
@@ -62,11 +67,11 @@ pub(crate) fn write(folder: &Path, shown: &Shown, caller: &Caller, with_png: boo
 }
 
 /// The summary, where no report is asked for.
-pub(crate) fn summarise(shown: &Shown, caller: &Caller) -> anyhow::Result<Value> {
-    Ok(json::to_value(metrics(shown, caller))?)
+pub(crate) fn summarise(shown: &Shown, context: &Context) -> anyhow::Result<Value> {
+    Ok(json::to_value(metrics(shown, context))?)
 }
 
-fn metrics<'a>(shown: &Shown<'a>, caller: &'a Caller) -> Metrics<'a> {
+fn metrics<'a>(shown: &Shown<'a>, context: &'a Context) -> Metrics<'a> {
     Metrics {
         format: "hysteron-metrics",
         version: 1,
@@ -75,7 +80,7 @@ fn metrics<'a>(shown: &Shown<'a>, caller: &'a Caller) -> Metrics<'a> {
         recording_warnings: shown.findings,
         recording: &shown.input.name,
         recording_sha256: &shown.input.hash,
-        command: &caller.command,
+        command: &context.command,
         commit: COMMIT,
     }
 }

@@ -6,8 +6,8 @@ use hysteron_control::TargetPath;
 use plotters::prelude::*;
 
 use super::tracking::{TARGET, dashes, square_around};
-use crate::target::Outcome;
-use crate::target::reach::Reach;
+use crate::tendon::target::Outcome;
+use crate::tendon::target::reach::Reach;
 use hysteron_report::figure::{Entry, Figure, register_embedded_font, save};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet};

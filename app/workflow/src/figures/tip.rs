@@ -1,9 +1,9 @@
 //! The path of the tip from three sides, over its goals where it had any; the two axes of each to one scale.
 
-use anyhow::{Context, Result};
+use anyhow::{Context as _, Result};
 use plotters::prelude::*;
 
-use crate::run::Run;
+use crate::shared::run::Run;
 use hysteron_report::figure::{Entry, Figure};
 use hysteron_report::series::millimetres;
 use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet, padded, ramp};

@@ -6,7 +6,7 @@ use hysteron_control::TargetPath;
 use hysteron_control::tracking::{Timed, errors};
 use plotters::prelude::*;
 
-use crate::evaluate::{Commanded, Outcome, Row, ScoredRecordings, cells, headings};
+use crate::tendon::evaluate::{Commanded, Outcome, Row, ScoredRecordings, cells, headings};
 use hysteron_report::figure::{Drawn, Figure, register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};

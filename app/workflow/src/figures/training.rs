@@ -7,8 +7,8 @@ use hysteron_learn::FitReport;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::recording_checks::Findings;
-use crate::{COMMIT, Caller, verdict};
+use crate::shared::recording_checks::Findings;
+use crate::{COMMIT, Context, shared::verdict};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics};
@@ -106,9 +106,9 @@ fn judged(reports: &[FitReport]) -> Verdict {
 }
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
-pub(crate) fn write(folder: &Path, told: &Told, caller: &Caller) -> anyhow::Result<Value> {
+pub(crate) fn write(folder: &Path, told: &Told, context: &Context) -> anyhow::Result<Value> {
     register_embedded_font()?;
-    let (command, commit) = (caller.command.clone(), COMMIT);
+    let (command, commit) = (context.command.clone(), COMMIT);
     let metrics = Metrics {
         format: "hysteron-metrics",
         version: 1,
@@ -151,7 +151,7 @@ pub(crate) fn write(folder: &Path, told: &Told, caller: &Caller) -> anyhow::Resu
     told.findings.show(&mut page);
     page.details("Options and data", &json::to_text(told.training)?);
     file::write_bytes(&folder.join("report.html"), page.finish(commit))?;
-    caller.reported(folder);
+    context.reported(folder);
     Ok(value)
 }
 
@@ -212,7 +212,7 @@ mod tests {
             warnings: &warnings,
             findings: &Findings::none(),
         };
-        write(folder.path(), &told, &Caller::silent("hysteron train"))?;
+        write(folder.path(), &told, &Context::silent("hysteron train"))?;
         let page = std::fs::read_to_string(folder.path().join("report.html"))?;
         assert!(
             ["Warning: stroke 2", "square-2", "circle-1", "Learning curve"]

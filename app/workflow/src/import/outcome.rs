@@ -7,7 +7,7 @@ use hysteron_base::{Recording, units::Unit};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::outcome::{self, MetricsFormat};
+use crate::shared::outcome::{self, MetricsFormat};
 
 /// The outcome of `import`: recordings, or a proposed map.
 #[derive(Debug, Clone, Serialize, JsonSchema)]

@@ -9,9 +9,9 @@ use hysteron_base::{BadInput, Filter, Recording, file};
 use super::outcome::{Imported, ImportedRecording, Outcome, Proposed, is_of_arm, out_of, verdict};
 use super::{Options, page};
 use crate::arm::{drive, file_of, meta};
-use crate::outcome::MetricsFormat;
-use crate::outputs::Outputs;
-use crate::{COMMIT, Caller};
+use crate::shared::outcome::MetricsFormat;
+use crate::shared::outputs::Outputs;
+use crate::{COMMIT, Context};
 
 /// Channels that the console names.
 const MAX_NAMED: usize = 24;
@@ -20,14 +20,14 @@ const MAX_NAMED: usize = 24;
 ///
 /// # Errors
 /// Bad input; files that cannot be written.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
+pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     if let Some(out) = &options.propose {
-        return propose(options, out, caller);
+        return propose(options, out, context);
     }
     let Some(out) = &options.out else {
         return Err(BadInput::new("--out", "a recording to write, .csv or .parquet", "nothing").into());
     };
-    let robot = |text: &str| options.robot_options.model_of_any_mass(text, caller);
+    let robot = |text: &str| options.robot_options.model_of_any_mass(text, context);
     let known_model = options.model.as_deref().map(robot).transpose()?;
     let known_drive = options.drive.as_deref().map(drive).transpose()?;
     let columns = options.map.as_deref().map(Columns::named).transpose()?;
@@ -43,22 +43,23 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
         episode: options.episodes.clone(),
         bad_rows: if options.leave_out_bad_rows { BadRows::LeaveOut } else { BadRows::Refuse },
     };
-    let read = import::read(&options.sources, &request, known.described(meta(caller, "imported recording")))?;
+    let read =
+        import::read(&options.sources, &request, known.described(meta(context, "imported recording")))?;
     let (imported, joints) = checked(read, &known, &options.sources[0])?;
     let files: Vec<PathBuf> = (0..imported.len()).map(|k| out_of(out, k, imported.len())).collect();
     let named = [&options.map, &options.drive, &options.model].into_iter().flatten();
     let reads = Outputs::reading(&options.sources).and(named.filter_map(|text| file_of(text)));
     let outputs = files.iter().fold(reads, |outputs, path| outputs.file("--out", path));
-    let _claim = outputs.report("--figures", options.figures.as_deref()).check(caller)?;
+    let _claim = outputs.report("--figures", options.figures.as_deref()).check(context)?;
     for (path, one) in files.iter().zip(&imported) {
         one.recording.write(path)?;
     }
-    let outcome = outcome(&files, &imported, joints, caller);
-    say(&outcome, &imported, (known.drive.is_some(), out), caller);
+    let outcome = outcome(&files, &imported, joints, context);
+    print(&outcome, &imported, (known.drive.is_some(), out), context);
     if let Some(folder) = &options.figures {
         let recordings: Vec<Recording> = imported.into_iter().map(|one| one.recording).collect();
         page::write(folder, &outcome, &recordings, options.png)?;
-        caller.say(format!("report: {}", folder.join("report.html").display()));
+        context.print(format!("report: {}", folder.join("report.html").display()));
     }
     Ok(Outcome::Imported(outcome))
 }
@@ -85,7 +86,7 @@ fn checked(read: Vec<Assembled>, known: &ArmKnown, source: &Path) -> anyhow::Res
     Ok((imported, joints))
 }
 
-fn outcome(files: &[PathBuf], imported: &[Assembled], joints: usize, caller: &Caller) -> Imported {
+fn outcome(files: &[PathBuf], imported: &[Assembled], joints: usize, context: &Context) -> Imported {
     let recordings: Vec<ImportedRecording> =
         files.iter().zip(imported).map(|(path, one)| ImportedRecording::of(path, one)).collect();
     let sum = |count: fn(&ImportedRecording) -> usize| recordings.iter().map(count).sum();
@@ -98,21 +99,21 @@ fn outcome(files: &[PathBuf], imported: &[Assembled], joints: usize, caller: &Ca
         rows: sum(|one| one.rows),
         gaps: sum(|one| one.gaps),
         left_out: sum(|one| one.left_out),
-        command: caller.command.clone(),
+        command: context.command.clone(),
         commit: COMMIT.to_owned(),
         recordings,
     }
 }
 
-fn say(outcome: &Imported, imported: &[Assembled], (has_drive, out): (bool, &Path), caller: &Caller) {
-    let say = |line: String| caller.say(&line);
+fn print(outcome: &Imported, imported: &[Assembled], (has_drive, out): (bool, &Path), context: &Context) {
+    let print = |line: String| context.print(&line);
     let Some(first) = imported.first() else { return };
     if let Some(flaw) = imported.iter().find_map(|one| one.first_left_out.as_ref()) {
-        say(format!("{} rows left out, the first: {flaw}", outcome.left_out));
+        print(format!("{} rows left out, the first: {flaw}", outcome.left_out));
     }
     let has_currents = |one: &Assembled| !one.recording.meta().extra.contains_key(CURRENTS_BY);
     if has_drive && imported.iter().any(has_currents) {
-        say("the file has currents: they stay as they are, --drive changes nothing".to_owned());
+        print("the file has currents: they stay as they are, --drive changes nothing".to_owned());
     }
     let whose = if outcome.joints > 0 { format!("{} joints", outcome.joints) } else { "channels".to_owned() };
     let channels = first.recording.channels();
@@ -120,26 +121,26 @@ fn say(outcome: &Imported, imported: &[Assembled], (has_drive, out): (bool, &Pat
     if channels.len() > MAX_NAMED {
         names.push("…");
     }
-    say(format!("{whose} as {}: {}", outcome.columns, names.join(", ")));
+    print(format!("{whose} as {}: {}", outcome.columns, names.join(", ")));
     let one = &outcome.recordings[0];
     let place = match outcome.recordings.len() {
         1 => out.display().to_string(),
         n => format!("{n} recordings, {} and on", one.out.display()),
     };
-    say(format!("{} rows at {}, {} of them gaps: {place}", outcome.rows, one.rate(), outcome.gaps));
-    say(outcome.verdict.clone());
+    print(format!("{} rows at {}, {} of them gaps: {place}", outcome.rows, one.rate(), outcome.gaps));
+    print(outcome.verdict.clone());
 }
 
 /// Writes the map that the program proposes.
-fn propose(options: &Options, out: &Path, caller: &Caller) -> anyhow::Result<Outcome> {
+fn propose(options: &Options, out: &Path, context: &Context) -> anyhow::Result<Outcome> {
     let source = &options.sources[0];
     let text = import::propose_for(source)?;
     if out == Path::new("-") {
-        caller.say(text.trim_end());
+        context.print(text.trim_end());
     } else {
-        let _claim = Outputs::reading(&options.sources).file("--propose", out).check(caller)?;
+        let _claim = Outputs::reading(&options.sources).file("--propose", out).check(context)?;
         file::write_bytes(out, &text)?;
-        caller.say(format!("map to edit: {}", out.display()));
+        context.print(format!("map to edit: {}", out.display()));
     }
     Ok(Outcome::Proposed(Proposed { map: text, out: out.to_owned() }))
 }

@@ -11,9 +11,9 @@ use hysteron_rig::{Hardware, LiveRig};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Caller;
-use crate::record::source::{Source, calibration_path};
-use crate::watchdog::Watched;
+use crate::Context;
+use crate::rig::record::source::{Source, calibration_path};
+use crate::shared::watchdog::Watched;
 
 /// Find zero, slack and pretension of every tendon, and the tracker's frame
 #[derive(Debug, Clone)]
@@ -43,7 +43,7 @@ pub struct Outcome {
     pub channels: Vec<ChannelCalibration>,
 }
 
-impl crate::outcome::Outcome for Outcome {}
+impl crate::shared::outcome::Outcome for Outcome {}
 
 /// Zero and slack of a tendon.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -60,7 +60,7 @@ pub struct ChannelCalibration {
 ///
 /// # Errors
 /// Bad input; a tendon or a tracker that cannot be calibrated.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
+pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let source = Source::read(&options.rig)?;
     let out = match (&source, &options.out) {
         (Source::Live { rig, .. }, named) => calibration_path(rig, named.as_ref()),
@@ -73,10 +73,10 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     let _lock = Lock::file(&out)?;
     let before = earlier(&out)?;
     match &source {
-        Source::Live { .. } => caller.listen_on_rig(),
-        Source::Virtual { .. } => caller.listen(),
+        Source::Live { .. } => context.listen_on_rig(),
+        Source::Virtual { .. } => context.listen(),
     }
-    let mut log = |line: &str| caller.say(line);
+    let mut log = |line: &str| context.print(line);
     let date = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     let calibration = match &source {
         Source::Live { rig, .. } => {
@@ -84,23 +84,23 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
             let mut hardware = LiveRig::open(rig)?.expecting(registers);
             // What is not fit to run needs nobody to watch it.
             hardware.prepare()?;
-            let mut hardware = Watched::new(hardware, &options.rig, caller)?;
-            let found = calibrate(&mut *hardware, rig, date, &|| caller.is_cancelled(), &mut log)?;
+            let mut hardware = Watched::new(hardware, &options.rig, context)?;
+            let found = calibrate(&mut *hardware, rig, date, &|| context.is_cancelled(), &mut log)?;
             hardware.close();
             found
         }
         Source::Virtual { rig, robot, .. } => {
             let mut hardware = SimulatedRig::new(robot, rig, options.seed);
-            calibrate(&mut hardware, rig, date, &|| caller.is_cancelled(), &mut log)?
+            calibrate(&mut hardware, rig, date, &|| context.is_cancelled(), &mut log)?
         }
     };
     if let Some(Earlier { aside, text, .. }) = before {
         file::write_bytes(&aside, text)?;
-        caller.say(format_args!("the calibration before: {}", aside.display()));
+        context.print(format_args!("the calibration before: {}", aside.display()));
     }
     file::write_bytes(&out, calibration.to_toml())?;
-    print(&calibration, caller);
-    caller.say(format_args!("written: {}", out.display()));
+    print(&calibration, context);
+    context.print(format_args!("written: {}", out.display()));
     let channels = calibration.channels.iter().map(|channel| ChannelCalibration {
         servo: channel.servo_id,
         zero_ticks: channel.zero,
@@ -145,10 +145,10 @@ fn earlier(out: &Path) -> anyhow::Result<Option<Earlier>> {
     Ok((0..).map(named).find(is_free).map(|aside| Earlier { calibration: found, aside, text }))
 }
 
-fn print(calibration: &Calibration, caller: &Caller) {
-    caller.say("servo   zero [ticks]   slack ends at [mm]");
+fn print(calibration: &Calibration, context: &Context) {
+    context.print("servo   zero [ticks]   slack ends at [mm]");
     for channel in &calibration.channels {
-        caller.say(format_args!(
+        context.print(format_args!(
             "{:>5}{:>15}{:>21.3}",
             channel.servo_id,
             channel.zero,

@@ -15,7 +15,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::is_of_arms;
-use crate::Caller;
+use crate::Context;
 
 /// A servo answers again about 0.3 s after a restart; the manual gives no time [ms].
 const RESTART_MS: u64 = 500;
@@ -62,7 +62,7 @@ pub struct Outcome {
     pub joints: Option<usize>,
 }
 
-impl crate::outcome::Outcome for Outcome {}
+impl crate::shared::outcome::Outcome for Outcome {}
 
 impl Outcome {
     fn of_ports(ports: Vec<Port>) -> Self {
@@ -116,39 +116,39 @@ impl ServoSummary {
 ///
 /// # Errors
 /// Bad input; a rig that is not fit to run.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
-    let listed = print_ports(caller)?;
+pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
+    let listed = print_ports(context)?;
     let Some(path) = &options.rig else { return Ok(Outcome::of_ports(listed)) };
     if is_of_arms(path)? {
-        return check_arms(path, options, listed, caller);
+        return check_arms(path, options, listed, context);
     }
     let rig = RigConfig::read(path)?;
     let baseline = expected_registers(options, &rig)?;
     let mut hardware = LiveRig::open(&rig)?;
     let bus = hardware.bus();
-    restart_and_release(bus, options, caller)?;
+    restart_and_release(bus, options, context)?;
     let reports = bus.self_check(&rig.servo_bounds())?;
-    print(&reports, caller);
-    if check_registers(bus, &baseline, options, caller)? {
+    print(&reports, context);
+    if check_registers(bus, &baseline, options, context)? {
         bus.self_check(&rig.servo_bounds())?;
         bus.accept_registers(&baseline)?;
     }
     let survey = hardware.survey_tracker(SURVEY_S)?;
     if let Some(survey) = &survey {
-        print_survey(survey, caller);
+        print_survey(survey, context);
     }
     let servos = reports.iter().map(ServoSummary::new).collect();
     Ok(Outcome { servos: Some(servos), tracker: survey, ..Outcome::of_ports(listed) })
 }
 
-fn print_ports(caller: &Caller) -> anyhow::Result<Vec<Port>> {
+fn print_ports(context: &Context) -> anyhow::Result<Vec<Port>> {
     let ports = list_ports()?;
-    caller.say(format_args!("serial ports: {}", ports.len()));
+    context.print(format_args!("serial ports: {}", ports.len()));
     for port in &ports {
         let converter = port.converter.unwrap_or("-");
-        caller.say(format_args!("  {:<20} {converter:<12} {}", port.path.display(), port.description));
+        context.print(format_args!("  {:<20} {converter:<12} {}", port.path.display(), port.description));
         if let Some(advice) = port.advice() {
-            caller.say(format_args!("    {advice}"));
+            context.print(format_args!("    {advice}"));
         }
     }
     let port = |port: &PortInfo| Port { port: port.path.clone(), description: port.description.clone() };
@@ -173,7 +173,7 @@ fn expected_registers(options: &Options, rig: &RigConfig) -> anyhow::Result<Regi
     }
 }
 
-fn restart_and_release(bus: &mut ServoBus, options: &Options, caller: &Caller) -> anyhow::Result<()> {
+fn restart_and_release(bus: &mut ServoBus, options: &Options, context: &Context) -> anyhow::Result<()> {
     if options.reboot {
         for id in bus.ids().to_vec() {
             bus.reboot(id)?;
@@ -182,7 +182,7 @@ fn restart_and_release(bus: &mut ServoBus, options: &Options, caller: &Caller) -
     }
     if options.release {
         bus.disable_torque()?;
-        caller.say("torque off");
+        context.print("torque off");
     }
     Ok(())
 }
@@ -196,34 +196,34 @@ fn check_registers(
     bus: &mut ServoBus,
     baseline: &RegisterBaseline,
     options: &Options,
-    caller: &Caller,
+    context: &Context,
 ) -> anyhow::Result<bool> {
     for line in bus.settings_to_change() {
-        caller.say(format_args!("note: {line}"));
+        context.print(format_args!("note: {line}"));
     }
     let different = bus.register_differences(baseline)?;
     if different.is_empty() {
-        caller.say("registers: as expected");
+        context.print("registers: as expected");
         return Ok(false);
     }
     if !options.restore {
         bus.accept_registers(baseline)?;
         return Ok(false);
     }
-    different.iter().for_each(|one| caller.say(one));
-    confirm(&different, options, caller)?;
+    different.iter().for_each(|one| context.print(one));
+    confirm(&different, options, context)?;
     bus.restore_registers(&different)?;
-    caller.say(format_args!("registers written back: {}; torque off", different.len()));
+    context.print(format_args!("registers written back: {}; torque off", different.len()));
     Ok(true)
 }
 
 /// Asks before a servo's registers are written.
-fn confirm(different: &[RegisterDifference], options: &Options, caller: &Caller) -> anyhow::Result<()> {
+fn confirm(different: &[RegisterDifference], options: &Options, context: &Context) -> anyhow::Result<()> {
     if options.yes {
         return Ok(());
     }
     let question = format!("Switch the torque off and write back {} registers?", different.len());
-    match caller.confirm(&question) {
+    match context.confirm(&question) {
         Some(true) => Ok(()),
         Some(false) => anyhow::bail!("nothing was written"),
         None => Err(BadInput::new("--restore", "somebody to ask, or --yes", "neither").into()),
@@ -231,7 +231,12 @@ fn confirm(different: &[RegisterDifference], options: &Options, caller: &Caller)
 }
 
 /// The same for two arms.
-fn check_arms(path: &Path, options: &Options, listed: Vec<Port>, caller: &Caller) -> anyhow::Result<Outcome> {
+fn check_arms(
+    path: &Path,
+    options: &Options,
+    listed: Vec<Port>,
+    context: &Context,
+) -> anyhow::Result<Outcome> {
     if options.calibration.is_some() {
         let expected = "no calibration: the file of the arms states their registers";
         return Err(BadInput::new("--calibration", expected, "one").into());
@@ -239,12 +244,12 @@ fn check_arms(path: &Path, options: &Options, listed: Vec<Port>, caller: &Caller
     let config = ArmsConfig::read(path)?;
     let mut arms = Arms::open(&config)?;
     for bus in arms.buses() {
-        restart_and_release(bus, options, caller)?;
+        restart_and_release(bus, options, context)?;
     }
     let mut is_written = false;
     for (arm, baseline, bus) in arms.examine()? {
-        caller.say(format_args!("{arm}: {} servos answer", bus.ids().len()));
-        is_written |= check_registers(bus, &baseline, options, caller)?;
+        context.print(format_args!("{arm}: {} servos answer", bus.ids().len()));
+        is_written |= check_registers(bus, &baseline, options, context)?;
     }
     if is_written {
         for (_, baseline, bus) in arms.examine()? {
@@ -254,10 +259,11 @@ fn check_arms(path: &Path, options: &Options, listed: Vec<Port>, caller: &Caller
     Ok(Outcome { joints: Some(config.joints.len()), ..Outcome::of_ports(listed) })
 }
 
-fn print(reports: &[ServoReport], caller: &Caller) {
-    caller.say("servo   model   firmware   mode   supply [V]   temperature [C]   torque   position [ticks]");
+fn print(reports: &[ServoReport], context: &Context) {
+    context
+        .print("servo   model   firmware   mode   supply [V]   temperature [C]   torque   position [ticks]");
     for servo in reports {
-        caller.say(format_args!(
+        context.print(format_args!(
             "{:>5}{:>8}{:>11}{:>7}{:>13.1}{:>18.0}{:>9}{:>19}",
             servo.id,
             servo.model,
@@ -271,14 +277,14 @@ fn print(reports: &[ServoReport], caller: &Caller) {
     }
 }
 
-fn print_survey(survey: &TrackerSurvey, caller: &Caller) {
+fn print_survey(survey: &TrackerSurvey, context: &Context) {
     let [x, y, z] = survey.position_mm;
     let [qw, qx, qy, qz] = survey.orientation_wxyz;
-    caller.say(format_args!(
+    context.print(format_args!(
         "tracker: {} poses at {:.1} Hz; position {x:.2} {y:.2} {z:.2} mm, orientation {qw:.4} {qx:.4} {qy:.4} {qz:.4}",
         survey.n_poses, survey.rate_hz
     ));
-    caller.say(format_args!(
+    context.print(format_args!(
         "tracker: noise {:.3} mm, jitter of stamps {:.2} ms, longest gap {:.1} ms",
         survey.noise_mm, survey.jitter_ms, survey.longest_gap_ms
     ));

@@ -13,7 +13,7 @@ use hysteron_rig::virtual_rig::{VirtualRobot, World, rig_file};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Caller;
+use crate::Context;
 
 /// Emulate servos and tracker of a rig on their ports
 ///
@@ -100,13 +100,13 @@ const TRACKER_DRIFT: f64 = 20e-6;
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct Outcome(pub Counts);
 
-impl crate::outcome::Outcome for Outcome {}
+impl crate::shared::outcome::Outcome for Outcome {}
 
 /// Carries out the verb.
 ///
 /// # Errors
 /// Bad input; ports that cannot be opened; emulated servos that stop by themselves.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
+pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let end = options.for_s.map(duration).transpose()?;
     let robot = robot(options)?;
     let world = World::new(&robot, options.seed);
@@ -115,30 +115,30 @@ pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
     // The link, the rig file and the logs in it are those of one emulator.
     let _folder = Lock::folder(&options.dir)?;
     check_rig_file(&options.dir, &robot)?;
-    caller.listen();
+    context.listen();
     let n_servos = world.n_servos();
     let emulator = Emulator::start(world, setting)?;
     let (_poses, tracker) = serve_poses(options, &emulator)?;
     let rig_file = write_rig_file(options, &robot, tracker)?;
 
-    caller.say(format_args!(
+    context.print(format_args!(
         "servos 1 to {n_servos} at {}, {} baud",
         emulator.servo_port().display(),
         options.baud
     ));
-    caller.say(format_args!("tracker \"{TRACKER_DEVICE}\" at {tracker}, OpenIGTLink"));
-    caller.say(format_args!("try: hysteron rig calibrate --rig {}", rig_file.display()));
-    caller.say(format_args!(
+    context.print(format_args!("tracker \"{TRACKER_DEVICE}\" at {tracker}, OpenIGTLink"));
+    context.print(format_args!("try: hysteron rig calibrate --rig {}", rig_file.display()));
+    context.print(format_args!(
         "faults to come: {n_faults}; logs: {0}/{FAULTS_LOG}, {0}/{TORQUE_LOG}",
         options.dir.display()
     ));
     let start = Instant::now();
-    while !caller.is_cancelled() && end.is_none_or(|end| start.elapsed() < end) {
+    while !context.is_cancelled() && end.is_none_or(|end| start.elapsed() < end) {
         anyhow::ensure!(emulator.is_running(), "the emulated servos stopped by themselves");
         std::thread::sleep(Duration::from_millis(20));
     }
     let counts = emulator.counts();
-    print_counts(&counts, caller);
+    print_counts(&counts, context);
     Ok(Outcome(counts))
 }
 
@@ -238,8 +238,8 @@ fn duration(seconds: f64) -> Result<Duration, BadInput> {
     Duration::try_from_secs_f64(seconds).map_err(|_| wrong())
 }
 
-fn print_counts(counts: &Counts, caller: &Caller) {
-    caller.say(format_args!(
+fn print_counts(counts: &Counts, context: &Context) {
+    context.print(format_args!(
         "{} instructions, {} damaged packets, {} answers; {} of {} rounds of reading complete",
         counts.instructions,
         counts.bad_packets,
@@ -248,6 +248,6 @@ fn print_counts(counts: &Counts, caller: &Caller) {
         counts.complete_rounds + counts.broken_rounds,
     ));
     if counts.slipped_ms > 0 {
-        caller.say(format_args!("this machine was too slow: {} ms were left out", counts.slipped_ms));
+        context.print(format_args!("this machine was too slow: {} ms were left out", counts.slipped_ms));
     }
 }

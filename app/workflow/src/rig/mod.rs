@@ -3,6 +3,8 @@
 pub mod calibrate;
 pub mod check;
 pub mod emulate;
+pub mod identify_servo;
+pub mod record;
 pub mod recover;
 
 use std::path::Path;

@@ -7,7 +7,7 @@ use hysteron_rig::session::recover;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Caller;
+use crate::Context;
 
 /// Open the journal of a run that crashed
 #[derive(Debug, Clone)]
@@ -31,18 +31,18 @@ pub struct Outcome {
     pub filled_in: usize,
 }
 
-impl crate::outcome::Outcome for Outcome {}
+impl crate::shared::outcome::Outcome for Outcome {}
 
 /// Carries out the verb.
 ///
 /// # Errors
 /// Bad input; a journal without a single row.
-pub fn run(options: &Options, caller: &Caller) -> anyhow::Result<Outcome> {
+pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     if options.out.exists() {
         let place = options.out.display().to_string();
         return Err(BadInput::new(place, "a new file", "one that exists").into());
     }
     let (n_rows, n_gaps) = recover(&options.journal, &options.out)?;
-    caller.say(format_args!("{}: {n_rows} rows, {n_gaps} of them filled in", options.out.display()));
+    context.print(format_args!("{}: {n_rows} rows, {n_gaps} of them filled in", options.out.display()));
     Ok(Outcome { recording: options.out.clone(), rows: n_rows, filled_in: n_gaps })
 }

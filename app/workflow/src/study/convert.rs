@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::Context as _;
 use hysteron_base::schema::{between, check_header, count, text};
 use hysteron_base::size::check_at_most;
 use hysteron_base::{BadInput, Scene, file};
@@ -16,13 +16,13 @@ use hysteron_twin::fit::{Wanted, select};
 
 use super::stage::Argument;
 use super::{Method, PlanChoice, Rig, SceneChoice, Study, Target, Track, schema};
-use crate::fit_material::MOST_STEPS;
-use crate::fit_residual::MOST_MEMBERS;
-use crate::identify::MOST_ROUNDS;
-use crate::paths::plain;
-use crate::plan;
-use crate::record::jobs::check_against_rig;
-use crate::record::source::Source;
+use crate::rig::record::jobs::check_against_rig;
+use crate::rig::record::source::Source;
+use crate::shared::paths::plain;
+use crate::shared::plan;
+use crate::tendon::fit_material::MOST_STEPS;
+use crate::tendon::fit_residual::MOST_MEMBERS;
+use crate::tendon::identify::MOST_ROUNDS;
 
 const FORMAT: (&str, i64) = ("hysteron-study", 1);
 /// More than any study has; keeps a slip of the hand from running for a year.

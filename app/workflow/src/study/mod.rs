@@ -3,6 +3,7 @@
 //! A stage is this program, started again with the arguments that a person would type. What it was made from stands
 //! in its stamp, so that a stage is done once, and again only when something that it reads has changed.
 
+pub mod arm;
 mod convert;
 mod definition;
 #[cfg(test)]
@@ -17,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::Caller;
+use crate::Context;
 use crate::figures;
 pub use definition::{PlanChoice, Rig, SceneChoice, Study, Target, Track};
 pub use method::Method;
@@ -44,13 +45,13 @@ pub struct Options {
 pub fn run(
     options: &Options,
     carry_out: impl FnOnce(&Path, &Study, &[Stage]) -> anyhow::Result<()>,
-    caller: &Caller,
+    context: &Context,
 ) -> anyhow::Result<Value> {
     let study = Study::read(&options.study)?;
     let out = options.out.clone().unwrap_or_else(|| Path::new("out").join(&study.name));
     let stages = stages::stages(&study, &out);
     carry_out(&out, &study, &stages)?;
-    let value = figures::study::write(&out, &study, &stages, caller)?;
-    caller.reported(&out);
+    let value = figures::study::write(&out, &study, &stages, context)?;
+    context.reported(&out);
     Ok(value)
 }

@@ -55,7 +55,7 @@ pub enum OnRefusal {
 impl Step {
     /// As a person would type it.
     pub fn shown(&self) -> String {
-        crate::command_line::shown(self.arguments.iter().map(|argument| argument.typed.clone()))
+        crate::shared::command_line::shown(self.arguments.iter().map(|argument| argument.typed.clone()))
     }
 }
 

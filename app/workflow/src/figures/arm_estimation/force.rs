@@ -13,7 +13,7 @@ use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::verdict::Verdict;
 
 use super::beside;
-use crate::verdict::{compared, repeated};
+use crate::shared::verdict::{compared, repeated};
 
 /// Value of a row that a table shows.
 type Shown = fn(&LoadedRow) -> f64;

@@ -14,7 +14,7 @@ use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::verdict::{Criterion, Verdict};
 
 use super::{beside, joints};
-use crate::verdict::{compared, repeated};
+use crate::shared::verdict::{compared, repeated};
 
 /// Methods that the paper has, with the names of its columns; its order of tables 4 and 5.
 const PUBLISHED: [&str; 4] = ["anfis", "pso", "fnn", "least-squares-coulomb"];

@@ -14,7 +14,7 @@ use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::verdict::Verdict;
 
 use super::{beside, joints};
-use crate::verdict::{self, repeated};
+use crate::shared::verdict::{self, repeated};
 
 /// Writes `report.html` and `metrics.json`.
 pub fn write(folder: &Path, study: &WristStudy, meta: &Metadata) -> anyhow::Result<Value> {

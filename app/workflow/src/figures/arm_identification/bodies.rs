@@ -8,8 +8,8 @@ use hysteron_report::figure::save;
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
 
 use super::{JointSeries, errors_over_speed, errors_over_time, friction_curves, measured_over_predicted};
-use crate::Caller;
-use crate::arm_identify::{Row, Summary, TERMS};
+use crate::Context;
+use crate::arm::identify::{Row, Summary, TERMS};
 
 /// Content of the report.
 pub(crate) struct Shown<'a> {
@@ -30,7 +30,7 @@ pub(crate) struct Shown<'a> {
 }
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
-pub(crate) fn write(folder: &Path, shown: &Shown, png: bool, caller: &Caller) -> anyhow::Result<()> {
+pub(crate) fn write(folder: &Path, shown: &Shown, png: bool, context: &Context) -> anyhow::Result<()> {
     let about = "Ten numbers of every body, feasible together, and armature, friction, offset and spring of every joint, by linear \
                  regression of measured torques. Figures show what was not fitted, where a test is there.";
     let mut page = super::page(
@@ -38,7 +38,7 @@ pub(crate) fn write(folder: &Path, shown: &Shown, png: bool, caller: &Caller) ->
         &format!("Identified bodies of {}", shown.model.name()),
         shown.summary,
         about,
-        caller,
+        context,
     )?;
     page.heading("Error of the torques, root mean square [N m]");
     let head: Vec<&str> =

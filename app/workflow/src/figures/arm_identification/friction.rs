@@ -9,8 +9,8 @@ use super::{
     JointSeries, errors_over_speed, errors_over_time, friction_curves, measured_over_predicted,
     relative_errors,
 };
-use crate::Caller;
-use crate::arm_identify::{Row, Summary};
+use crate::Context;
+use crate::arm::identify::{Row, Summary};
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
 pub(crate) fn write(
@@ -20,10 +20,10 @@ pub(crate) fn write(
     rows: &[Row],
     summary: &Summary,
     png: bool,
-    caller: &Caller,
+    context: &Context,
 ) -> anyhow::Result<()> {
     let about = format!("The law {law} fitted to torques over speeds of {}.", joint.name);
-    let mut page = super::page(folder, "Identified friction", summary, &about, caller)?;
+    let mut page = super::page(folder, "Identified friction", summary, &about, context)?;
     let rms = summary.value["rms_n_m"].as_f64().unwrap_or(f64::NAN);
     page.list([("Error, root mean square [N m]", format!("{rms:.4}"))]);
     page.table(&["Number", "Value", "Standard error", ""], rows.iter().map(Row::cells));

@@ -14,8 +14,8 @@ use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
 
-use crate::arm_identify::{Row, Summary};
-use crate::{COMMIT, Caller};
+use crate::arm::identify::{Row, Summary};
+use crate::{COMMIT, Context};
 
 /// Most joints whose curves over time are drawn.
 const MOST_JOINTS: usize = 8;
@@ -182,11 +182,11 @@ pub(super) fn page(
     title: &str,
     summary: &Summary,
     about: &str,
-    caller: &Caller,
+    context: &Context,
 ) -> anyhow::Result<Page> {
     register_embedded_font()?;
     write_metrics(folder, &summary.value)?;
-    Ok(Page::judged(title, &json::from_value(&summary.value["verdict"])?, about, &caller.command))
+    Ok(Page::judged(title, &json::from_value(&summary.value["verdict"])?, about, &context.command))
 }
 
 /// Ends a page with the warnings about the recordings, and writes it.

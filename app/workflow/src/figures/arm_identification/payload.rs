@@ -6,8 +6,8 @@ use hysteron_arm::Model;
 use hysteron_report::figure::save;
 
 use super::relative_errors;
-use crate::Caller;
-use crate::arm_identify::{Row, Summary};
+use crate::Context;
+use crate::arm::identify::{Row, Summary};
 
 /// Content of the report.
 pub struct Shown<'a> {
@@ -27,14 +27,14 @@ pub(crate) fn write(
     shown: &Shown,
     summary: &Summary,
     png: bool,
-    caller: &Caller,
+    context: &Context,
 ) -> anyhow::Result<()> {
     let about = format!(
         "A body at {} of {} from what the torques are beyond those of the bare arm, which was identified first.",
         shown.frame,
         shown.model.name()
     );
-    let mut page = super::page(folder, "Identified payload", summary, &about, caller)?;
+    let mut page = super::page(folder, "Identified payload", summary, &about, context)?;
     page.table(&["Number", "Value", "Standard error", ""], shown.rows.iter().map(Row::cells));
     page.heading("Error of the torques, root mean square [N m]");
     let names = shown.model.joints().iter().map(|joint| joint.name.as_str());

@@ -10,8 +10,8 @@ use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
 
 use super::relative_errors;
-use crate::Caller;
-use crate::arm_identify::{Row, Summary};
+use crate::Context;
+use crate::arm::identify::{Row, Summary};
 
 /// Content of the report.
 pub struct Shown<'a> {
@@ -38,14 +38,14 @@ pub(crate) fn write(
     shown: &Shown,
     summary: &Summary,
     png: bool,
-    caller: &Caller,
+    context: &Context,
 ) -> anyhow::Result<()> {
     let about = format!(
         "Motor, supply, heat and friction of a {} that swings a weight, so that the simulation, which is given the goals alone, \
          comes nearest to the measured motion.",
         shown.name
     );
-    let mut page = super::page(folder, "Identified servo", summary, &about, caller)?;
+    let mut page = super::page(folder, "Identified servo", summary, &about, context)?;
     let number =
         |key: &str| summary.value[key].as_f64().map_or_else(|| "-".to_owned(), |x| format!("{x:.4}"));
     page.list([

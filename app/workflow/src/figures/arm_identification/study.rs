@@ -10,7 +10,7 @@ use hysteron_report::verdict::Verdict;
 use hysteron_studies::identification::{FrankaCell, IdentificationStudy, SPEEDS, TARE};
 use serde_json::Value;
 
-use crate::verdict::{compared, repeated};
+use crate::shared::verdict::{compared, repeated};
 
 /// Table 2 of Wan et al. (2026): f_c+, f_c-, f_s+, f_s-, f_v by method and joint.
 const TABLE_2: [(&str, [[f64; 5]; 2]); 4] = [

@@ -15,10 +15,10 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::tracking;
-use crate::evaluate::{self, Row};
-use crate::inputs;
+use crate::shared::inputs;
 use crate::study::{DATA, Method, PREDICTED, STROKES, Stage, Study, Target, Track, folder, repeat};
-use crate::{COMMIT, Caller};
+use crate::tendon::evaluate::{self, Row};
+use crate::{COMMIT, Context};
 use hysteresis::Hysteresis;
 use hysteron_report::figure::{Drawn, register_embedded_font, save};
 use hysteron_report::lines::TimeChart;
@@ -26,7 +26,7 @@ use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::series::{MEASURED, TWIN, Tip, UNCORRECTED, error_panel, tip_panels};
 use hysteron_report::verdict::{Criterion, Verdict};
 
-use crate::verdict::compared;
+use crate::shared::verdict::compared;
 
 #[derive(Serialize)]
 struct Metrics<'a> {
@@ -88,11 +88,11 @@ impl Tracked<'_> {
 }
 
 /// Writes the figures, `report.html` and `metrics.json` to the folder of the study.
-pub fn write(out: &Path, study: &Study, stages: &[Stage], caller: &Caller) -> anyhow::Result<Value> {
+pub fn write(out: &Path, study: &Study, stages: &[Stage], context: &Context) -> anyhow::Result<Value> {
     register_embedded_font()?;
     let predicted = predicted(out, study)?;
     let tracked = study.track.as_ref().map_or(Ok(Vec::new()), |track| tracked(out, track))?;
-    let (command, commit) = (caller.command.clone(), COMMIT);
+    let (command, commit) = (context.command.clone(), COMMIT);
     let line = |stage: &'_ Stage| stage.steps.iter().map(|step| step.shown()).collect();
     let lines = stages.iter().map(|stage| StageLine { name: &stage.name, commands: line(stage) });
     let metrics = Metrics {

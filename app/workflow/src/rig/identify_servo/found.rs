@@ -1,0 +1,97 @@
+//! Result of identifying a servo.
+
+use hysteron_actuator::identify::{Backlash, PulleyFit};
+use hysteron_actuator::law::{JointFriction, Law, Sliding};
+use hysteron_base::{BadInput, json};
+use hysteron_report::verdict::{Criterion, Verdict};
+use serde_json::Value;
+
+use crate::arm::identify::{Row, deviation, judged, rows_json};
+use crate::shared::verdict::{Judged, parameters};
+
+/// Result of identifying a servo, or the reason why there is none.
+pub(crate) struct Found {
+    /// Number, from 1.
+    pub number: usize,
+    /// Radius of its pulley [m].
+    pub radius: f64,
+    /// The law that was fitted.
+    pub law: Option<Law>,
+    /// Load scale and friction.
+    pub pulley: Result<PulleyFit, BadInput>,
+    /// Backlash at the pulley.
+    pub backlash: Result<Backlash, BadInput>,
+    /// Whether tensions were measured.
+    pub has_tension: bool,
+    /// Everything by name.
+    pub rows: Vec<Row>,
+}
+
+impl Found {
+    pub(super) fn json(&self) -> Value {
+        let mut value = json!({
+            "servo": self.number, "radius_mm": 1e3 * self.radius, "has_tension": self.has_tension,
+            "estimates": rows_json(&self.rows),
+        });
+        match &self.pulley {
+            Ok(found) => {
+                value["samples"] = json!(found.samples.len());
+                value["rms_n_m"] = json!(rms(&found.residuals));
+                value["misfit"] = json!(found.misfit);
+                value["condition"] = json!(found.fit.condition);
+            }
+            Err(bad) => value["cannot_be_told"] = json!(bad.to_string()),
+        }
+        if let Ok(backlash) = &self.backlash {
+            let widths = backlash.reversals.iter().map(|reversal| 1e3 * self.radius * reversal.width);
+            value["reversals_mm"] = widths.collect();
+        }
+        value
+    }
+
+    /// Everything that was found, by name and servo.
+    fn judged(&self) -> Vec<Judged<'_>> {
+        judged(&self.rows, Some("it is assumed, not measured"))
+            .into_iter()
+            .map(|judged| Judged { name: format!("{} of servo {}", judged.name, self.number), ..judged })
+            .collect()
+    }
+
+    /// Friction at a speed, as identified [N m]; NaN below the speeds that it was identified from.
+    pub fn friction(&self, velocity: f64) -> f64 {
+        match (&self.law, &self.pulley) {
+            (Some(law), Ok(found)) if found.samples.velocity.iter().any(|v| v.abs() <= velocity.abs()) => {
+                law.torque(&found.parameters, &Sliding::at(velocity))
+            }
+            _ => f64::NAN,
+        }
+    }
+}
+
+/// Whether what was found of all servos can be used.
+pub(super) fn verdict(found: &[Found]) -> Verdict {
+    let none = found.iter().filter(|servo| servo.pulley.is_err()).count();
+    let share = |servo: &Found| {
+        let pulley = servo.pulley.as_ref().ok()?;
+        Some((rms(&pulley.residuals) / deviation(&pulley.friction), servo.number))
+    };
+    let worst = found.iter().filter_map(share).max_by(|a, b| a.0.total_cmp(&b.0));
+    let fitted = found.iter().filter(|servo| servo.pulley.is_ok());
+    let rows: Vec<Judged> = fitted.flat_map(Found::judged).collect();
+    let judged = Verdict::on(format!("friction and backlash of {} servos are known", found.len() - none))
+        .because(
+            Criterion::Missing,
+            none as f64 / found.len().max(1) as f64,
+            format!("friction of {none} of {} servos cannot be identified", found.len()),
+        )
+        .because_of(Criterion::ErrorOverSpread, worst.map(|worst| worst.0), |share| {
+            let number = worst.map_or(0, |worst| worst.1);
+            format!("the error of servo {number} is {:.0} % of the deviation of its friction", 100.0 * share)
+        });
+    parameters(judged, &rows).verdict()
+}
+
+/// Root of the mean square.
+pub(super) fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}

@@ -1,0 +1,23 @@
+//! Rooms that several verbs use.
+
+pub mod command_line;
+pub(crate) mod context;
+pub(crate) mod failure;
+pub(crate) mod health;
+pub(crate) mod inputs;
+#[cfg(test)]
+mod json_fuzz;
+pub(crate) mod locking;
+pub(crate) mod network;
+pub mod number;
+pub mod outcome;
+pub mod outputs;
+pub(crate) mod paper_design;
+pub(crate) mod paths;
+pub(crate) mod plan;
+pub(crate) mod recording_checks;
+pub(crate) mod resume;
+pub mod robot_file;
+pub(crate) mod run;
+pub mod verdict;
+pub mod watchdog;

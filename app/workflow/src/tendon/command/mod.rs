@@ -1,0 +1,333 @@
+//! `hysteron command`: strokes for a path of the tip, by a trained inverse controller or through the robot's twin.
+
+mod approach;
+mod twin_strokes;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, Scene, file};
+use hysteron_control::inverse::{Axes, InverseModel, Tip};
+use hysteron_control::path::{PathSpan, is_recording};
+use hysteron_control::{Limits, TargetPath};
+use hysteron_report::page::write_metrics;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::figures;
+use crate::shared::outcome::MetricsFormat;
+use crate::shared::outputs::Outputs;
+use crate::{COMMIT, Context};
+
+/// Find the strokes that bring the tip along a path (EDIC)
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// The path, and what finds strokes for it.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub way: Way,
+    /// Recording to write, .parquet or .csv
+    #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
+    pub out: PathBuf,
+    /// Smallest stroke [default: that of the training; with --scene, the opposite of the largest]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "scene", value_parser = crate::shared::number::position_mm))]
+    pub stroke_min_mm: Option<f64>,
+    /// Largest stroke [default: that of the training; with --scene 16]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = crate::shared::number::position_mm))]
+    pub stroke_max_mm: Option<f64>,
+    /// Fastest change of a stroke [default: that of the training; with --scene 12]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "MM/S", allow_negative_numbers = true, value_parser = crate::shared::number::speed_mm_s))]
+    pub stroke_rate_max_mm_s: Option<f64>,
+    /// Folder for figures and report.html
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
+    pub figures: Option<PathBuf>,
+}
+
+/// From a path to strokes: which path, and by what.
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Way {
+    /// Checkpoint by hysteron train; with --scene, by hysteron fit-residual
+    #[cfg_attr(feature = "clap", arg(value_name = "CKPT", required_unless_present = "scene"))]
+    pub checkpoint: Option<PathBuf>,
+    /// Path that the tip shall follow
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PATH"))]
+    pub target: String,
+    /// Steer the twin of this scene along the path
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SCENE"))]
+    pub scene: Option<PathBuf>,
+    /// Leave out of the scene what is fitted to a robot: zeros and compliance of the tendons, friction, backlash
+    #[cfg_attr(feature = "clap", arg(long, requires = "scene", conflicts_with = "checkpoint"))]
+    pub nominal: bool,
+}
+
+/// Limits that stand instead of those of a training [m, m/s].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Given {
+    /// Smallest and largest stroke.
+    pub stroke: [Option<f64>; 2],
+    /// Fastest change of a stroke.
+    pub rate: Option<f64>,
+}
+
+/// Where the tip shall go.
+struct Target {
+    /// Times (n_samples) [s].
+    time: Vec<f64>,
+    /// Duration of a sample [s].
+    step: f64,
+    /// Tips (n_samples).
+    path: Vec<Tip>,
+    /// Whether these have a z.
+    axes: Axes,
+}
+
+/// Strokes for a path, and what is recorded beside them, with an approach before the path and a return after it.
+struct Answer {
+    /// Samples before the path's first.
+    approach: usize,
+    /// By tendon, then by sample [m].
+    strokes: Vec<Vec<f64>>,
+    /// Tip of the twin, if it was asked: x, y and z [m].
+    twin: Option<[Vec<f64>; 3]>,
+    /// 1 where a limit reduced a stroke.
+    limited: Vec<f64>,
+    /// 1 where a network left its training range.
+    extrapolating: Vec<f64>,
+}
+
+/// The outcome of `command`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// Format of the file.
+    pub format: MetricsFormat,
+    /// Its version.
+    pub version: u32,
+    /// The recording of the strokes.
+    pub out: PathBuf,
+    /// Samples of the path itself.
+    pub samples: usize,
+    /// Samples of the approach before it.
+    pub approach_samples: usize,
+    /// Samples of the return after it.
+    pub return_samples: usize,
+    /// Provenance of the strokes.
+    pub source: String,
+    /// Share of the path's samples with a stroke that a limit reduced [-].
+    pub held_back: f64,
+    /// Share of the path's samples outside the range of the training [-].
+    pub extrapolating: f64,
+    /// The command that made this.
+    pub command: String,
+    /// Commit of the program.
+    pub commit: String,
+}
+
+impl crate::shared::outcome::Outcome for Outcome {}
+
+/// Carries out the verb.
+pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
+    check_strokes(options)?;
+    let metres = |mm: Option<f64>| mm.map(|mm| 1e-3 * mm);
+    let given = Given {
+        stroke: [options.stroke_min_mm, options.stroke_max_mm].map(metres),
+        rate: metres(options.stroke_rate_max_mm_s),
+    };
+    let outputs = options.way.reads()?.file("--out", &options.out);
+    let _claim = outputs.report("--figures", options.figures.as_deref()).check(context)?;
+    let recording = options.way.strokes(&given, context)?;
+    recording.write(&options.out)?;
+    let PathSpan { begins, ends } = PathSpan::of(&recording)?;
+    let step = recording.rate_hz().map_or(1.0, f64::recip);
+    let (first, n) = ((begins / step).round() as usize, ((ends - begins) / step).round() as usize + 1);
+    let part = |flag: &str| {
+        recording.channel(flag).map_or(0.0, |flags| flags[first..first + n].iter().sum::<f64>() / n as f64)
+    };
+    let outcome = Outcome {
+        format: MetricsFormat,
+        version: 1,
+        out: options.out.clone(),
+        samples: n,
+        approach_samples: first,
+        return_samples: recording.n_samples() - first - n,
+        source: recording.meta().source.clone(),
+        held_back: part("limited"),
+        extrapolating: part("extrapolating"),
+        command: context.command.clone(),
+        commit: COMMIT.to_owned(),
+    };
+    if let Some(folder) = &options.figures {
+        write_metrics(folder, &outcome)?;
+        figures::commands::write(folder, &recording)?;
+    }
+    context.wrote(&options.out);
+    Ok(outcome)
+}
+
+/// Strokes begin and end at none, which the limits must allow.
+fn check_strokes(options: &Options) -> Result<(), BadInput> {
+    let bad = |option: &str, expected: &str, mm: f64| {
+        Err(BadInput::new(option, expected, format!("{mm} mm")).hint("strokes begin and end at none"))
+    };
+    match (options.stroke_min_mm, options.stroke_max_mm) {
+        (Some(min), _) if min > 0.0 => bad("--stroke-min-mm", "at most 0 mm", min),
+        (_, Some(max)) if max <= 0.0 => bad("--stroke-max-mm", "more than 0 mm", max),
+        _ => Ok(()),
+    }
+}
+
+impl Way {
+    /// The files that it reads.
+    pub fn reads(&self) -> anyhow::Result<Outputs> {
+        let outputs = Outputs::reading(&self.checkpoint).target(&self.target)?;
+        Ok(match &self.scene {
+            Some(path) => outputs.scene(path, &Scene::read(path)?),
+            None => outputs,
+        })
+    }
+
+    /// Strokes for the path, and what is recorded beside them.
+    pub fn strokes(&self, given: &Given, context: &Context) -> anyhow::Result<Recording> {
+        let target = read_target(&self.target)?;
+        context.listen();
+        let n = target.path.len();
+        let bar = context.progress("samples", n, 0);
+        let mut progress = |done: usize| {
+            bar.set_position(done as u64);
+            !context.is_cancelled()
+        };
+        let answer = match &self.scene {
+            Some(scene) => {
+                let twin =
+                    if self.nominal { twin_strokes::Twins::Nominal } else { twin_strokes::Twins::OfScene };
+                twin_strokes::strokes(
+                    (scene, twin),
+                    self.checkpoint.as_deref(),
+                    given,
+                    &target,
+                    &mut progress,
+                )?
+            }
+            None => by_network(self, given, &target, &mut progress)?,
+        };
+        bar.finish();
+        let n_done = answer.limited.len().saturating_sub(answer.approach);
+        if n_done < n {
+            bail!("interrupted after {n_done} of {n} samples; nothing is written");
+        }
+        let part = |flags: &[f64]| {
+            let path = &flags[answer.approach..answer.approach + n];
+            100.0 * path.iter().sum::<f64>() / n as f64
+        };
+        let n_return = n_done - n;
+        tracing::info!(
+            "{n} samples: {:.1} % with a stroke reduced by a limit; {:.2} s of approach before, {:.2} s of return after",
+            part(&answer.limited),
+            answer.approach as f64 * target.step,
+            n_return as f64 * target.step,
+        );
+        let extrapolating = part(&answer.extrapolating);
+        if extrapolating > 0.0 {
+            tracing::warn!("{extrapolating:.1} % of the path is outside what was seen in training");
+        }
+        recording(self, &target, answer, context)
+    }
+}
+
+/// By an inverse controller.
+fn by_network(
+    way: &Way,
+    given: &Given,
+    target: &Target,
+    progress: &mut dyn FnMut(usize) -> bool,
+) -> anyhow::Result<Answer> {
+    let model = InverseModel::read(way.checkpoint.as_deref().unwrap_or(Path::new("")))?;
+    model.check_step(target.step).map_err(|bad| bad.within(&way.target))?;
+    if (model.axes(), target.axes) == (Axes::Spatial, Axes::Planar) {
+        let bad = BadInput::new(&way.target, "a recording with tip_z_m", "a path in the plane");
+        return Err(bad.hint("the network was trained with --spatial").into());
+    }
+    let limits = limits(&model, given);
+    let commands = model.command(&target.path, limits, progress)?;
+    let n = commands.steps.len();
+    let n_tendons = commands.strokes.len() / n.max(1);
+    let stroke = |k: usize| (0..n).map(|i| commands.strokes[i * n_tendons + k]).collect();
+    let answer = Answer {
+        approach: 0,
+        strokes: (0..n_tendons).map(stroke).collect(),
+        twin: None,
+        limited: commands.steps.iter().map(|step| f64::from(u8::from(step.is_limited))).collect(),
+        extrapolating: commands.steps.iter().map(|step| f64::from(u8::from(step.is_extrapolating))).collect(),
+    };
+    Ok(if n < target.path.len() { answer } else { answer.with_approach(limits.stroke_rate, target.step) })
+}
+
+/// Reads the path that the tip shall follow: a target, or a recording with `tip_x_m` and `tip_y_m`, and perhaps
+/// `tip_z_m`, at a fixed rate.
+fn read_target(named: &str) -> anyhow::Result<Target> {
+    let path = Path::new(named);
+    let recording =
+        if is_recording(path)? { Recording::read(path)? } else { TargetPath::open(named)?.recording()? };
+    let within = |bad: BadInput| bad.within(named);
+    let [x, y] = ["tip_x_m", "tip_y_m"].map(|name| recording.require(name).map_err(within));
+    let (x, y) = (x?, y?);
+    let rate = recording
+        .rate_hz()
+        .ok_or_else(|| within(BadInput::new("time_s", "a fixed rate", "uneven steps").hint("resample it")))?;
+    let z = recording.channel("tip_z_m");
+    let axes = if z.is_some() { Axes::Spatial } else { Axes::Planar };
+    let path = (0..x.len()).map(|i| [x[i], y[i], z.map_or(0.0, |z| z[i])]).collect();
+    Ok(Target { time: recording.time().to_vec(), step: rate.recip(), path, axes })
+}
+
+/// Those of the training, but for the ones given.
+fn limits(model: &InverseModel, given: &Given) -> Limits {
+    let Limits { stroke: Bounds { min, max }, stroke_rate } = model.limits;
+    let [lowest, highest] = given.stroke;
+    Limits {
+        stroke: Bounds { min: lowest.unwrap_or(min), max: highest.unwrap_or(max) },
+        stroke_rate: given.rate.unwrap_or(stroke_rate),
+    }
+}
+
+fn recording(way: &Way, target: &Target, answer: Answer, context: &Context) -> anyhow::Result<Recording> {
+    let n = answer.limited.len();
+    let held_back = answer.limited.iter().filter(|flag| **flag > 0.0).count();
+    let strokes = answer.strokes.into_iter().enumerate();
+    let mut channels: Vec<Channel> =
+        strokes.map(|(k, values)| Channel::new(format!("stroke_{}_m", k + 1), values)).collect();
+    // Before and after the path its goal stands where it begins and ends.
+    let (approach, last) = (answer.approach, target.path.len() - 1);
+    let at = |i: usize| i.saturating_sub(approach).min(last);
+    for (c, axis) in target.axes.names().iter().enumerate() {
+        channels
+            .push(Channel::new(format!("target_{axis}_m"), (0..n).map(|i| target.path[at(i)][c]).collect()));
+    }
+    let axes =
+        answer.twin.into_iter().flat_map(|tip| ["twin_x_m", "twin_y_m", "twin_z_m"].into_iter().zip(tip));
+    channels.extend(axes.map(|(name, values)| Channel::new(name, values)));
+    channels.push(Channel::new("extrapolating", answer.extrapolating));
+    channels.push(Channel::new("limited", answer.limited));
+    let mut extra = BTreeMap::from([("limited_samples".to_owned(), held_back.to_string())]);
+    if let Some(path) = &way.checkpoint {
+        extra.insert("checkpoint_sha256".to_owned(), file::sha256_hex(&file::read_bytes(path)?));
+    }
+    if let Some(path) = &way.scene {
+        extra.insert("scene_sha256".to_owned(), Scene::read(path)?.hash);
+    }
+    let span =
+        PathSpan { begins: approach as f64 * target.step, ends: (approach + last) as f64 * target.step };
+    span.write(&mut extra);
+    let by = way.checkpoint.as_ref().or(way.scene.as_ref());
+    let meta = Metadata {
+        commit: COMMIT.to_owned(),
+        source: by.map_or_else(String::new, |by| format!("strokes by {} for {}", by.display(), way.target)),
+        command: context.command.clone(),
+        extra,
+        ..Metadata::default()
+    };
+    let start = target.time[0] - span.begins;
+    let time = (0..n).map(|i| start + i as f64 * target.step).collect();
+    Ok(Recording::new(time, channels, Vec::new(), meta)?)
+}

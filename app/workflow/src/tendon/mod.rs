@@ -1,0 +1,17 @@
+//! Verbs of tendon-driven robots, one room each.
+
+pub mod adapt;
+pub mod check;
+pub mod command;
+pub mod evaluate;
+pub mod fit_material;
+pub mod fit_residual;
+pub mod generate;
+pub mod identify;
+pub mod mesh;
+pub mod reach;
+pub mod sense;
+pub mod simulate;
+pub mod target;
+pub mod track;
+pub mod train;

@@ -1,0 +1,30 @@
+//! `hysteron simulate`: a robot follows recorded strokes, sample by sample.
+
+use std::path::PathBuf;
+
+use crate::Context;
+use crate::shared::run::{self, Outcome, RunOptions, Task};
+
+/// Simulate a robot that follows recorded strokes
+///
+/// Every sample of the recording is one quasi-static step: the shape in which body, tendons and loads are in
+/// balance under the commanded strokes, found from the shape before.
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Recording with the strokes to follow, .parquet or .csv
+    #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
+    pub strokes: PathBuf,
+    /// Checkpoint by hysteron fit-residual: its network drives the auxiliary tendons, from the strokes and the
+    /// twin's tip
+    #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
+    pub residual: Option<PathBuf>,
+    /// Scene and outputs.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub run: RunOptions,
+}
+
+/// Carries out the verb.
+pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
+    run::run(Task::Simulate, &options.strokes, &options.run, options.residual.as_deref(), context)
+}
