@@ -39,7 +39,7 @@ pub use figures::{
     arm_study as arm_study_figures, excitation as excitation_figures,
 };
 pub use shared::context::{Context, Progress, ProgressSink, Silent};
-pub use shared::failure::is_bad_input;
+pub use shared::error::{Cancelled, WorkflowError, is_bad_input};
 
 /// Commit that the program was built from; empty where git does not know.
 pub const COMMIT: &str = env!("HYSTERON_COMMIT");

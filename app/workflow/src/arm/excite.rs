@@ -9,6 +9,7 @@ use hysteron_base::{BadInput, Metadata};
 
 use serde_json::Value;
 
+use crate::shared::error::Cancelled;
 use crate::{Context, excitation_figures};
 
 /// Shape of a motion.
@@ -160,7 +161,7 @@ fn fourier(
     let found = exciting_trajectory(model, limits, &search)?;
     bar.finish();
     if context.is_cancelled() {
-        anyhow::bail!("interrupted; nothing was written");
+        return Err(Cancelled::new("; nothing was written").into());
     }
     context.print(format_args!(
         "{} parameters, condition number {:.1}; {:.1} of a drawn series within the same limits",

@@ -9,6 +9,7 @@ use hysteron_rig::virtual_arm::{Planned, SPLITS, VirtualArm, data_set, fault_set
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::shared::error::Cancelled;
 use crate::shared::outputs::Outputs;
 use crate::{COMMIT, Context};
 
@@ -126,10 +127,11 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     bar.finish();
     rows.extend(found.into_iter().flatten());
     if context.is_cancelled() {
-        anyhow::bail!(
-            "interrupted; {} of {n_jobs} trajectories are done: the same command goes on",
+        return Err(Cancelled::new(format!(
+            "; {} of {n_jobs} trajectories are done: the same command goes on",
             rows.len()
-        );
+        ))
+        .into());
     }
     rows.sort_by(|a, b| a.name.cmp(&b.name));
     if !copy.exists() || file::read_text(&copy)? != text {

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Context;
 use crate::rig::record::partial_files::rescue;
+use crate::shared::error::Cancelled;
 use crate::shared::watchdog::Watched;
 
 /// Longest recording: a day [s].
@@ -181,6 +182,8 @@ fn ended(outcome: &ArmsOutcome) -> anyhow::Result<()> {
     if let Some(error) = &outcome.stopped {
         anyhow::bail!("{error} ({kept})");
     }
-    anyhow::ensure!(!outcome.was_interrupted, "interrupted ({kept})");
+    if outcome.was_interrupted {
+        return Err(Cancelled::new(format!(" ({kept})")).into());
+    }
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 pub mod command_line;
 pub(crate) mod context;
-pub(crate) mod failure;
+pub(crate) mod error;
 pub(crate) mod health;
 pub(crate) mod inputs;
 #[cfg(test)]

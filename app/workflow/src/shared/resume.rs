@@ -1,6 +1,7 @@
 //! Files that an interrupted training leaves next to its checkpoint.
 
 use crate::Context;
+use crate::shared::error::Cancelled;
 use std::path::{Path, PathBuf};
 
 /// A checkpoint, and the files from which its training goes on.
@@ -21,10 +22,9 @@ impl Unfinished {
 
     /// Error of a training that ended before there was a checkpoint to write.
     pub fn nothing_written(&self) -> anyhow::Error {
-        anyhow::anyhow!(
-            "interrupted; nothing is written but the files of the training; the same command {}",
-            self.then()
-        )
+        let then = self.then();
+        Cancelled::new(format!("; nothing is written but the files of the training; the same command {then}"))
+            .into()
     }
 
     /// Description of the next step of the same command.
@@ -43,7 +43,10 @@ impl Unfinished {
         let out = self.out.display();
         if !is_finished {
             let then = self.then();
-            anyhow::bail!("interrupted; the best weights so far are in {out}; the same command {then}");
+            return Err(Cancelled::new(format!(
+                "; the best weights so far are in {out}; the same command {then}"
+            ))
+            .into());
         }
         for file in self.files.iter().filter(|file| file.exists()) {
             std::fs::remove_file(file)?;

@@ -9,6 +9,7 @@ use hysteron_twin::{Motion, Twin};
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::shared::error::Cancelled;
 use crate::shared::network::Network;
 use crate::shared::outputs::Outputs;
 use crate::shared::recording_checks::{self, Findings};
@@ -69,7 +70,7 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     let settings = AdaptOptions { memory_s: options.memory_s, ..AdaptOptions::default() };
     let adapted = adapt(&twin, network.auxiliary(), network.model(), &motions, &settings, &on_sample)?;
     bar.finish();
-    let Some(mut adapted) = adapted else { anyhow::bail!("interrupted; nothing is written") };
+    let Some(mut adapted) = adapted else { return Err(Cancelled::new("; nothing is written").into()) };
     let hashes = inputs.iter().map(|input| json!([input.name, input.hash])).collect();
     adapted.model.training["adapted_to"] = hashes;
     adapted.model.training["adapted_kept"] = json!(adapted.kept);

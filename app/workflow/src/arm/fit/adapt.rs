@@ -12,6 +12,7 @@ use hysteron_learn::Progress;
 use hysteron_report::verdict::{Criterion, Verdict};
 use serde_json::Value;
 
+use crate::shared::error::Cancelled;
 use crate::{Context, arm, shared::recording_checks, shared::verdict};
 
 /// Adapt a neural actuator to an arm whose friction or drives have changed
@@ -74,7 +75,7 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     let mut adapted = actuator.adapted(&model, &trajectories, about)?;
     bar.finish();
     if context.is_cancelled() {
-        anyhow::bail!("interrupted; nothing is written");
+        return Err(Cancelled::new("; nothing is written").into());
     }
     let errors = [&actuator, &adapted].map(|one| error(one, &model, &trajectories));
     let [before, after] = [errors[0].clone()?, errors[1].clone()?];

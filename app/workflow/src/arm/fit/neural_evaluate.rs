@@ -12,6 +12,7 @@ use serde_json::Value;
 use super::neural::trajectories;
 use super::recordings::{Role, checked, files, read};
 use crate::figures::arm_neural::mean_of;
+use crate::shared::error::Cancelled;
 use crate::{COMMIT, Context, arm};
 
 /// Where it is read and written.
@@ -65,7 +66,7 @@ pub(super) fn run(
     let mut comparison = Comparison::new(actuator, &model)?;
     for (name, trajectories) in by_task {
         if context.is_cancelled() {
-            anyhow::bail!("interrupted; nothing is written");
+            return Err(Cancelled::new("; nothing is written").into());
         }
         comparison.add(name, trajectories)?;
         bar.inc(1);

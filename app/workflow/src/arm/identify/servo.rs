@@ -15,6 +15,7 @@ use serde_json::Value;
 
 use super::{Results, Row, Summary, deviation, judged as judged_rows, positive, read, rows_json, say_rows};
 use crate::figures::arm_identification as figures;
+use crate::shared::error::Cancelled;
 use crate::shared::outputs::Outputs;
 use crate::shared::verdict::parameters;
 use crate::{Context, arm};
@@ -111,7 +112,7 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     let found = identify_drive(&entry.drive, &runs, &fit_options)?;
     bar.finish();
     if context.is_cancelled() {
-        anyhow::bail!("interrupted; nothing was written");
+        return Err(Cancelled::new("; nothing was written").into());
     }
     let rows: Vec<Row> = found.fit.estimates.iter().map(Row::of_estimate).collect();
     let error = |runs: &[PendulumRun]| mean_error(&found.drive, found.offset, runs, options.step);

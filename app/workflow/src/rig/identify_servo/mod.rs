@@ -19,6 +19,7 @@ use serde_json::Value;
 use crate::Context;
 use crate::arm::identify::{LOAD_SCALE, Results, Row, Summary, positive, say_rows};
 use crate::figures::identify_servo as figures;
+use crate::shared::error::Cancelled;
 use crate::shared::inputs::{self, Input};
 use crate::shared::outputs::Outputs;
 use crate::shared::recording_checks;
@@ -91,7 +92,9 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     let bar = context.progress("servos", servos.len(), 0);
     let mut found = Vec::new();
     for servo in &servos {
-        anyhow::ensure!(!context.is_cancelled(), "interrupted; nothing is written");
+        if context.is_cancelled() {
+            return Err(Cancelled::new("; nothing is written").into());
+        }
         found.push(identify(servo, options, period));
         bar.inc(1);
     }

@@ -23,6 +23,7 @@ use hysteron_control::score::score;
 use hysteron_twin::{Stepper, Twin, TwinState};
 
 use crate::figures;
+use crate::shared::error::Cancelled;
 use crate::shared::locking::{Estimator, RunLocking, tip_distance};
 use crate::shared::network::Network;
 use crate::shared::outputs::Outputs;
@@ -341,7 +342,7 @@ fn stopped(
             command.time[n_done],
             command.describe(twin, n_done),
         ),
-        _ => anyhow::anyhow!("interrupted; {kept}; add --resume to go on"),
+        _ => Cancelled::new(format!("; {kept}; add --resume to go on")).into(),
     }
 }
 

@@ -17,6 +17,7 @@ use hysteron_studies::neural::NeuralScope;
 use serde_json::Value;
 
 use crate::Context;
+use crate::shared::error::Cancelled;
 use crate::shared::outputs::Outputs;
 
 /// Compare learned inverse dynamics, or estimated external torques, with what is published
@@ -191,7 +192,7 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     bar.clear();
     let cells = options.out.join("cells");
     let found = found.ok_or_else(|| {
-        anyhow::anyhow!("interrupted; what is done stands in {}: the same command goes on", cells.display())
+        Cancelled::new(format!("; what is done stands in {}: the same command goes on", cells.display()))
     })?;
     context.reported(&options.out);
     Ok(found)

@@ -6,7 +6,6 @@ mod twin_strokes;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
 use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, Scene, file};
 use hysteron_control::inverse::{Axes, InverseModel, Tip};
 use hysteron_control::path::{PathSpan, is_recording};
@@ -16,6 +15,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::figures;
+use crate::shared::error::Cancelled;
 use crate::shared::outcome::MetricsFormat;
 use crate::shared::outputs::Outputs;
 use crate::{COMMIT, Context};
@@ -214,7 +214,7 @@ impl Way {
         bar.finish();
         let n_done = answer.limited.len().saturating_sub(answer.approach);
         if n_done < n {
-            bail!("interrupted after {n_done} of {n} samples; nothing is written");
+            return Err(Cancelled::new(format!(" after {n_done} of {n} samples; nothing is written")).into());
         }
         let part = |flags: &[f64]| {
             let path = &flags[answer.approach..answer.approach + n];

@@ -16,6 +16,7 @@ use hysteron_twin::{Motion, Twin};
 use serde_json::Value;
 
 use crate::figures::fit as report;
+use crate::shared::error::Cancelled;
 use crate::shared::outputs::Outputs;
 use crate::{Context, shared::inputs, shared::locking, shared::recording_checks};
 pub(crate) use outcome::Outcome;
@@ -151,7 +152,7 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     let found = fit_material(&scene, &mesh, &motions, &selected, &settings)?;
     bar.finish();
     if context.is_cancelled() {
-        anyhow::bail!("interrupted; nothing is written");
+        return Err(Cancelled::new("; nothing is written").into());
     }
     let outcome = Outcome {
         scene: &scene,

@@ -19,6 +19,7 @@ pub use range::CalibratedRange;
 use shard::Shard;
 use steer::Steered;
 
+use crate::shared::error::Cancelled;
 use crate::shared::network::{Network, plant};
 use crate::shared::outputs::Outputs;
 use crate::{COMMIT, Context};
@@ -197,7 +198,11 @@ fn finish(
     context: &Context,
 ) -> anyhow::Result<Outcome> {
     if context.is_cancelled() {
-        anyhow::bail!("interrupted; {} of {n_jobs} trajectories are done; run it again to go on", rows.len());
+        return Err(Cancelled::new(format!(
+            "; {} of {n_jobs} trajectories are done; run it again to go on",
+            rows.len()
+        ))
+        .into());
     }
     let outcome = Outcome::new(scene, (plan, scaled), rows, real, context);
     let copy = options.out.join(PLAN);

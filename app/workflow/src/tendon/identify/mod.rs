@@ -14,6 +14,7 @@ use serde_json::Value;
 
 use crate::figures;
 use crate::figures::identification::{Chosen, Shown};
+use crate::shared::error::Cancelled;
 use crate::shared::inputs::{self, Input};
 use crate::shared::network::Network;
 use crate::shared::outputs::Outputs;
@@ -109,7 +110,10 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     let value = figures::identification::write(&options.out, &shown, context)?;
     if context.is_cancelled() {
         let n_done = rows.len();
-        anyhow::bail!("interrupted; {n_done} of {n_jobs} recordings are done; run it again to go on");
+        return Err(Cancelled::new(format!(
+            "; {n_done} of {n_jobs} recordings are done; run it again to go on"
+        ))
+        .into());
     }
     Ok(value)
 }

@@ -9,6 +9,7 @@ use hysteron_twin::sense::{Observed, Observer, SenseSample};
 use hysteron_twin::{Motion, Twin};
 use nalgebra::Vector3;
 
+use crate::shared::error::Cancelled;
 use crate::shared::network::{self, Network};
 use crate::{Context, Progress};
 
@@ -86,7 +87,9 @@ impl Input {
         let mut samples = Vec::with_capacity(self.motion.len());
         let mut times = Vec::with_capacity(self.motion.len());
         for i in 0..self.motion.len() {
-            anyhow::ensure!(!context.is_cancelled(), "interrupted; nothing is written");
+            if context.is_cancelled() {
+                return Err(Cancelled::new("; nothing is written").into());
+            }
             let start = Instant::now();
             samples.push(observer.step(&self.sample(i))?);
             times.push(1e3 * start.elapsed().as_secs_f64());

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Context;
+use crate::shared::error::Cancelled;
 use crate::shared::run::resting;
 
 /// Smallest distance of the goals along the curve, and on the way to it [m]; larger on a long curve, which then has
@@ -74,7 +75,7 @@ impl Reach {
         let is_asked = |c: usize| c < 2 || !target.is_planar;
         let mut go_to = |goal: &Goal| -> anyhow::Result<(f64, Goal, f64)> {
             if context.is_cancelled() {
-                anyhow::bail!("interrupted; nothing was written");
+                return Err(Cancelled::new("; nothing was written").into());
             }
             let position = std::array::from_fn(|c| is_asked(c).then(|| rest[c] + goal[c]));
             let asked =

@@ -1,10 +1,53 @@
-//! Whose fault an error is.
+//! The error of a verb. Its variant decides the exit code of the program, as it would the status of a server.
 
 use hysteron_base::BadInput;
 
-/// True where the input is to blame, and whoever gave it can mend it.
+/// The error of a verb.
+#[derive(Debug, thiserror::Error)]
+pub enum WorkflowError {
+    /// The input is to blame: a user error.
+    #[error("{0:#}")]
+    BadInput(anyhow::Error),
+    /// The verb was interrupted.
+    #[error("{0:#}")]
+    Cancelled(anyhow::Error),
+    /// Everything else: a solver without a solution, a disk that is full.
+    #[error("{0:#}")]
+    Failed(anyhow::Error),
+}
+
+impl From<anyhow::Error> for WorkflowError {
+    /// An error that already is one of a verb stays what it is.
+    fn from(error: anyhow::Error) -> Self {
+        let kind = error.chain().find_map(|cause| cause.downcast_ref::<Self>());
+        match kind {
+            Some(Self::BadInput(_)) => Self::BadInput(error),
+            Some(Self::Cancelled(_)) => Self::Cancelled(error),
+            Some(Self::Failed(_)) => Self::Failed(error),
+            None if error.chain().any(|cause| cause.is::<Cancelled>()) => Self::Cancelled(error),
+            None if error.chain().any(is_bad) => Self::BadInput(error),
+            None => Self::Failed(error),
+        }
+    }
+}
+
+/// A verb was interrupted; the text says what is kept.
+#[derive(Debug, thiserror::Error)]
+#[error("interrupted{0}")]
+pub struct Cancelled(String);
+
+impl Cancelled {
+    /// Behind "interrupted": what is kept, as in "; nothing is written".
+    pub(crate) fn new(kept: impl Into<String>) -> Self {
+        Self(kept.into())
+    }
+}
+
+/// True where the input is to blame.
 pub fn is_bad_input(error: &anyhow::Error) -> bool {
-    error.chain().any(is_bad)
+    error
+        .chain()
+        .any(|cause| matches!(cause.downcast_ref(), Some(WorkflowError::BadInput(_))) || is_bad(cause))
 }
 
 fn is_bad(cause: &(dyn std::error::Error + 'static)) -> bool {
@@ -53,6 +96,11 @@ mod tests {
         ];
         for error in wrapped {
             assert!(is_bad_input(&error), "{error:#}");
+            let text = format!("{error:#}");
+            let door = WorkflowError::from(error);
+            assert!(matches!(door, WorkflowError::BadInput(_)) && door.to_string() == text, "{door:?}");
+            let outside = anyhow::Error::new(door).context("[2/5] identify");
+            assert!(is_bad_input(&outside) && matches!(outside.into(), WorkflowError::BadInput(_)));
         }
     }
 
@@ -67,5 +115,13 @@ mod tests {
         };
         assert!(!is_bad_input(&error.into()));
         assert!(!is_bad_input(&anyhow::anyhow!("disk full")));
+        assert!(matches!(anyhow::anyhow!("disk full").into(), WorkflowError::Failed(_)));
+    }
+
+    #[test]
+    fn an_interrupted_verb_is_cancelled_and_says_what_is_kept() {
+        let door = WorkflowError::from(anyhow::Error::new(Cancelled::new("; nothing is written")));
+        assert!(matches!(door, WorkflowError::Cancelled(_)), "{door:?}");
+        assert_eq!(door.to_string(), "interrupted; nothing is written");
     }
 }
