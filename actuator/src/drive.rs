@@ -10,7 +10,7 @@ use crate::number::Real;
 use crate::position_loop::LoopSpec;
 
 /// Parameters of the largest law of [`Drive::check_load_friction`], m4.
-const MOST_PARAMETERS: usize = 7;
+const MAX_PARAMETERS: usize = 7;
 
 /// A gear train.
 #[derive(Debug, Clone, PartialEq)]
@@ -170,8 +170,8 @@ impl Drive {
     /// Dry friction of the unloaded gear at a speed [N m], and its growth per torque through the gear, |load − motor| [-], where the law
     /// is of that form: [`Self::check_load_friction`].
     pub fn load_friction<T: Real>(&self, speed: T) -> [T; 2] {
-        let mut parameters = [T::from(0.0); MOST_PARAMETERS];
-        let n = self.gear.friction.len().min(MOST_PARAMETERS);
+        let mut parameters = [T::from(0.0); MAX_PARAMETERS];
+        let n = self.gear.friction.len().min(MAX_PARAMETERS);
         for (to, value) in parameters.iter_mut().zip(&self.gear.friction) {
             *to = T::from(*value);
         }

@@ -13,7 +13,7 @@ use crate::law::{Law, SymmetricStribeck};
 /// Slowest steady motion [rad/s]: half a tick of an XL430 in a sample of 10 ms.
 const SLOWEST: f64 = 0.03;
 /// Fewest samples of motion that friction is identified from.
-const FEWEST: usize = 200;
+const MIN_SAMPLES: usize = 200;
 
 /// Tension on a pulley from the load of its servo: torque, radius and friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,9 +47,10 @@ impl LoadModel {
             ("pulling", velocity.iter().filter(|v| **v > 0.0).count()),
             ("releasing", velocity.iter().filter(|v| **v < 0.0).count()),
         ] {
-            if n < FEWEST {
-                let expected =
-                    format!("at least {FEWEST} samples of steady motion, {direction}, on a slack tendon");
+            if n < MIN_SAMPLES {
+                let expected = format!(
+                    "at least {MIN_SAMPLES} samples of steady motion, {direction}, on a slack tendon"
+                );
                 return Err(BadInput::new("friction of the servos", expected, n.to_string())
                     .hint("record a plan in which every tendon goes slack, such as `quick`"));
             }

@@ -83,7 +83,7 @@ pub struct Winding {
 }
 
 /// Least that temperature leaves of torque constant and resistance: the lines are not meant for what is beyond [-].
-const LEAST_FACTOR: f64 = 0.1;
+const MIN_FACTOR: f64 = 0.1;
 
 impl Winding {
     /// One that never warms.
@@ -102,8 +102,8 @@ impl Winding {
     pub fn factors(&self, temperature: f64) -> (f64, f64) {
         let above = temperature - self.reference;
         (
-            (1.0 - self.magnet_slope * above).max(LEAST_FACTOR),
-            (1.0 + self.resistance_slope * above).max(LEAST_FACTOR),
+            (1.0 - self.magnet_slope * above).max(MIN_FACTOR),
+            (1.0 + self.resistance_slope * above).max(MIN_FACTOR),
         )
     }
 }

@@ -13,7 +13,7 @@ use crate::tendon::{Guide, ROUNDING, Tendon, TendonTrial};
 /// Stiffness of a slack segment over that of a taut one, in here only.
 const TRACE: f64 = 1e-9;
 /// Choices tried at most, inner and outer; a handful is usual.
-const MOST_ROUNDS: usize = 60;
+const MAX_ROUNDS: usize = 60;
 
 impl Tendon {
     /// Finds statuses, slips and tensions; scratch of the linear solver is overwritten.
@@ -23,8 +23,8 @@ impl Tendon {
         for j in 1..m {
             trial.slips[j] = self.slips[j];
         }
-        for _ in 0..MOST_ROUNDS {
-            for _ in 0..MOST_ROUNDS {
+        for _ in 0..MAX_ROUNDS {
+            for _ in 0..MAX_ROUNDS {
                 self.solve_policies(lengths, trial);
                 if !self.improve(lengths, trial, Player::Minimum) {
                     break;

@@ -10,8 +10,8 @@
 use crate::tendon::{Guide, ROUNDING, Tendon, TendonTrial};
 
 /// More iterations than any increment has needed by far.
-const MOST_ITERATIONS: usize = 200;
-const MOST_HALVINGS: usize = 30;
+const MAX_ITERATIONS: usize = 200;
+const MAX_HALVINGS: usize = 30;
 /// Sweeps over the guides where Newton's direction leads nowhere, and halvings of each slip's interval.
 const SWEEPS: usize = 10;
 const BISECTIONS: usize = 60;
@@ -30,7 +30,7 @@ impl Tendon {
             trial.slips[1..].copy_from_slice(&self.slips[1..]);
         }
         let mut miss = self.evaluate_sliding(lengths, trial);
-        for _ in 0..MOST_ITERATIONS {
+        for _ in 0..MAX_ITERATIONS {
             if miss <= room {
                 break;
             }
@@ -42,7 +42,7 @@ impl Tendon {
             trial.start.copy_from_slice(&trial.slips);
             trial.change.copy_from_slice(&trial.right);
             let (mut part, mut next) = (1.0, f64::INFINITY);
-            for _ in 0..MOST_HALVINGS {
+            for _ in 0..MAX_HALVINGS {
                 for j in 1..m {
                     let from = trial.start[j] - self.slips[j];
                     let to = from + part * trial.change[j];

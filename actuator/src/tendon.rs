@@ -89,7 +89,7 @@ pub struct TendonTrial {
 }
 
 /// More active sets than any increment has needed by far.
-const MOST_ACTIVE_SETS: usize = 10;
+const MAX_ACTIVE_SETS: usize = 10;
 /// Rounding of a stretch over the lengths it comes from.
 pub(crate) const ROUNDING: f64 = 1e-13;
 
@@ -197,7 +197,7 @@ impl Tendon {
             return;
         }
         for round in 0..2 {
-            for _ in 0..MOST_ACTIVE_SETS {
+            for _ in 0..MAX_ACTIVE_SETS {
                 self.solve_statuses(lengths, trial);
                 if !self.update_statuses(lengths, trial) {
                     return;

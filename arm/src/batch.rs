@@ -197,12 +197,12 @@ fn run_kernel<S: Simd, K: Kernel>(
     widths_in: &[usize],
     widths_out: &[usize],
 ) {
-    let mut inputs: [&[Lanes<S>]; MOST_SLICES] = [&[]; MOST_SLICES];
+    let mut inputs: [&[Lanes<S>]; MAX_SLICES] = [&[]; MAX_SLICES];
     let mut rest = &scratch.inputs[..];
     for (slice, width) in inputs.iter_mut().zip(widths_in) {
         (*slice, rest) = rest.split_at(*width);
     }
-    let mut outputs: [&mut [Lanes<S>]; MOST_SLICES] = std::array::from_fn(|_| Default::default());
+    let mut outputs: [&mut [Lanes<S>]; MAX_SLICES] = std::array::from_fn(|_| Default::default());
     let mut rest = &mut scratch.outputs[..];
     for (slice, width) in outputs.iter_mut().zip(widths_out) {
         let (part, after) = rest.split_at_mut(*width);
@@ -213,4 +213,4 @@ fn run_kernel<S: Simd, K: Kernel>(
 }
 
 /// Inputs or outputs that a kernel may have.
-const MOST_SLICES: usize = 8;
+const MAX_SLICES: usize = 8;

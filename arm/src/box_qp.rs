@@ -11,7 +11,7 @@ use crate::dense;
 /// Sweeps of coordinate descent, which find the active set of a well-conditioned problem.
 const SWEEPS: usize = 8;
 /// Changes of the active set for each joint, after which it is taken as it is; a few are usual.
-const MOST_CHANGES: usize = 20;
+const MAX_CHANGES: usize = 20;
 /// Rounding of a sum of some tens of terms, relative to their sizes.
 const ROUNDING: f64 = 1e-13;
 
@@ -83,7 +83,7 @@ impl BoxQp {
     /// stands is pulled harder than what holds it.
     fn descend(&mut self) {
         let n = self.pull.len();
-        for _ in 0..MOST_CHANGES * n {
+        for _ in 0..MAX_CHANGES * n {
             self.solve_sliding();
             if self.block() {
                 continue;

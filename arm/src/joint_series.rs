@@ -3,7 +3,7 @@
 use hysteron_base::{BadInput, Recording};
 
 use crate::recorded::Quantity;
-use crate::{JointKind, MOST_JOINTS};
+use crate::{JointKind, MAX_JOINTS};
 
 /// Kind and series of one joint in a recording; every series has one value per row (n_samples).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,7 +90,7 @@ impl<'a> Recorded<'a> {
         };
         let has_any =
             |joint: &usize| Quantity::ALL.iter().any(|quantity| series(*quantity, *joint).is_some());
-        let Some(n) = (0..MOST_JOINTS).rev().find(has_any).map(|last| last + 1) else {
+        let Some(n) = (0..MAX_JOINTS).rev().find(has_any).map(|last| last + 1) else {
             let names: Vec<&str> = recording.channels().iter().map(|channel| channel.name.as_str()).collect();
             return Err(BadInput::new("recording", "channels of joints, as q_1_rad", names.join(", ")));
         };

@@ -91,7 +91,7 @@ pub use kinematics::{
     skeleton,
 };
 pub use model::{
-    Arguments, Base, Drive, Follower, Frame, FreeJoint, Joint, JointKind, MOST_JOINTS, Masses, Model, Notes,
+    Arguments, Base, Drive, Follower, Frame, FreeJoint, Joint, JointKind, MAX_JOINTS, Masses, Model, Notes,
     ReadOptions, Weightless,
 };
 pub use momentum::generalized_momentum;

@@ -64,7 +64,7 @@ pub struct Mesh {
 }
 
 /// More than a step can be computed for while somebody waits.
-const MOST_NODES: usize = 2_000_000;
+const MAX_NODES: usize = 2_000_000;
 
 impl Mesh {
     /// Accepts a mesh whose stiffness and factor this machine has memory for.
@@ -76,7 +76,7 @@ impl Mesh {
     /// `BadInput` with the number of nodes, or the memory.
     pub fn check_size(&self) -> crate::Result<()> {
         let n = self.nodes.len();
-        hysteron_base::size::check_at_most("mesh: nodes", n, MOST_NODES)?;
+        hysteron_base::size::check_at_most("mesh: nodes", n, MAX_NODES)?;
         let n = n as f64;
         let bytes = 1500.0 * n + 8.0 * 32.0 * n.powf(4.0 / 3.0);
         Ok(hysteron_base::size::check_memory("mesh", bytes, "a coarser mesh")?)

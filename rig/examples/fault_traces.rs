@@ -10,7 +10,7 @@ use hysteron_rig::virtual_arm::{Degraded, Planned, VirtualArm, fault_set};
 /// The degraded joint, as channels count it.
 const JOINT: usize = 3;
 /// Speed above which it moves [rad/s].
-const MOVES: f64 = 0.05;
+const MIN_MOVING_SPEED_RAD_S: f64 = 0.05;
 /// Scatter of the torque that drive, bodies and friction as identified leave unexplained on healthy motion [N m], and samples in a row that
 /// count as one.
 const UNEXPLAINED: (f64, f64) = (0.035, 16.0);
@@ -82,7 +82,7 @@ fn trace(
     let moving: Vec<f64> = torque
         .iter()
         .zip(&speed)
-        .filter(|(_, speed)| speed.abs() > MOVES)
+        .filter(|(_, speed)| speed.abs() > MIN_MOVING_SPEED_RAD_S)
         .map(|(torque, _)| *torque)
         .collect();
     let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();

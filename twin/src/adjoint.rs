@@ -23,7 +23,7 @@ use crate::state::TwinState;
 const ENOUGH: f64 = 1e-3;
 /// Most directions of a solve with the factor in use, and with a new one: beyond a limit point the tangent has negative
 /// eigenvalues, each of which takes some.
-const MOST: [usize; 2] = [24, 80];
+const MAX_DIRECTIONS: [usize; 2] = [24, 80];
 /// Largest displacement of a difference, over the length of the body: truncation of 1e-9, round-off of 1e-10.
 const DIFFERENCE: f64 = 1e-6;
 
@@ -47,7 +47,7 @@ pub(crate) fn tip_adjoints(
 ) -> Option<[TipAdjoint; 3]> {
     let mut balance = Balance::new(twin);
     balance.evaluate(twin, control, &state.positions, &state.tensions);
-    for most in MOST {
+    for most in MAX_DIRECTIONS {
         quasi_newton.projection(twin, state, &balance)?;
         let mut system = System::new(twin, control, state, held, quasi_newton, balance.clone())?;
         let solved = [0, 1, 2].map(|c| system.adjoint(c, most));

@@ -51,7 +51,7 @@ const NEGLIGIBLE_STROKE: f64 = 1e-9;
 /// Longest stroke change of a round, relative to the shortest tendon.
 const LONGEST_STROKE: f64 = 0.05;
 /// Rounds in a row that bring the tip hardly closer. One may: where a tendon goes slack.
-const MOST_SLOW_ROUNDS: usize = 2;
+const MAX_SLOW_ROUNDS: usize = 2;
 /// Times a round may be halved when it brings the tip no closer.
 const MAX_HALVINGS: usize = 6;
 
@@ -112,7 +112,7 @@ impl Stepper {
             }
             problem.learn(twin, &increments, &before.0, self.state());
             slow_rounds = if before.1 - error < goal.least_gain * before.1 { slow_rounds + 1 } else { 0 };
-            if slow_rounds == MOST_SLOW_ROUNDS
+            if slow_rounds == MAX_SLOW_ROUNDS
                 || problem.longest_stroke(&increments) * part < NEGLIGIBLE_STROKE
             {
                 break;

@@ -11,9 +11,9 @@ use crate::{Error, Result};
 type Check<T> = std::result::Result<T, BadInput>;
 
 /// Fewest samples worth identifying.
-const FEWEST: usize = 100;
+const MIN_SAMPLES: usize = 100;
 /// Largest share of samples that may have been filled in there.
-const MOST_GAPS: f64 = 0.2;
+const MAX_GAPS: f64 = 0.2;
 /// How far from its rest a tip may seem to be, over the robot's length: it can turn over, and a tracker may stand
 /// apart a little [-].
 const FARTHEST: f64 = 2.5;
@@ -241,8 +241,8 @@ impl Motion {
             return Err(BadInput::new("drive", "tendons driven by strokes", found));
         }
         let n = self.len();
-        if n < FEWEST {
-            return Err(BadInput::new("rows", format!("at least {FEWEST}"), n.to_string()));
+        if n < MIN_SAMPLES {
+            return Err(BadInput::new("rows", format!("at least {MIN_SAMPLES}"), n.to_string()));
         }
         if recording.rate_hz().is_none() {
             let found = "time steps that differ by more than 1 %";
@@ -250,8 +250,8 @@ impl Motion {
                 .hint("resample it, and set gap to 1 where a row was filled in"));
         }
         let n_gaps = self.gap.iter().filter(|gap| **gap).count();
-        if n_gaps as f64 > MOST_GAPS * n as f64 {
-            let expected = format!("at most {:.0} % of rows filled in", 100.0 * MOST_GAPS);
+        if n_gaps as f64 > MAX_GAPS * n as f64 {
+            let expected = format!("at most {:.0} % of rows filled in", 100.0 * MAX_GAPS);
             return Err(BadInput::new("gap", expected, format!("{n_gaps} of {n}")));
         }
         match ["tip_x_m", "tip_y_m", "tip_z_m"].iter().zip(self.axes).find(|(_, is_used)| !is_used) {

@@ -37,7 +37,7 @@ pub trait Plant {
 }
 
 /// Most samples that a plant is given to come to rest.
-const MOST_SETTLING: usize = 500;
+const MAX_SETTLING: usize = 500;
 /// Movement of the tip in a sample below which it rests, over the robot's length [-]: a few times what a step leaves.
 const SETTLED: f64 = 1e-5;
 
@@ -50,7 +50,7 @@ const SETTLED: f64 = 1e-5;
 pub fn settle(twin: &Twin, plant: &mut dyn Plant, primary: &[f64]) -> Result<PlantStep> {
     let still = SETTLED * twin.cables.longest();
     let mut step = plant.step(primary)?;
-    for _ in 1..MOST_SETTLING {
+    for _ in 1..MAX_SETTLING {
         let before = Vector3::from(step.tip);
         step = plant.step(primary)?;
         if (Vector3::from(step.tip) - before).norm() <= still {

@@ -24,7 +24,7 @@ const LARGEST_DAMPED_PART: f64 = 1.0 / 16.0;
 /// Change of a friction bound, of the largest, above which a step is made again with the bounds of where it led, and
 /// how often at most: a jump then ends with the friction of its end.
 const LAGGING: f64 = 0.1;
-const MOST_REPEATS: usize = 8;
+const MAX_REPEATS: usize = 8;
 
 /// Slip and backlash state of an equilibrium with its friction bounds: one value that a step is made from, several times where
 /// it has to be, and that a step commits.
@@ -209,9 +209,9 @@ impl Stepper {
 
     /// Makes a step again that has changed the friction bounds a lot, with those of where it led.
     fn follow_friction(&mut self, twin: &Twin, state: &mut TwinState, report: &mut StepReport) {
-        for repeat in 0..=MOST_REPEATS {
+        for repeat in 0..=MAX_REPEATS {
             bounds_into(twin, &self.balance.shape, &state.tensions, &mut self.bounds);
-            if repeat == MOST_REPEATS || change_of_bounds(twin, &self.bounds, &self.control) <= LAGGING {
+            if repeat == MAX_REPEATS || change_of_bounds(twin, &self.bounds, &self.control) <= LAGGING {
                 break;
             }
             let held = self.control.clone();

@@ -41,7 +41,7 @@ pub struct LowPass {
 }
 
 /// Largest order that is designed.
-const MOST: usize = 40;
+const MAX_ORDER: usize = 40;
 
 impl LowPass {
     /// Of order `order` with half of the power at `cutoff`, for `rate` samples per second [Hz].
@@ -49,8 +49,8 @@ impl LowPass {
     /// # Errors
     /// `BadInput` for order 0 or above 40, or a cutoff outside (0, rate/2).
     pub fn new(order: usize, cutoff: f64, rate: f64) -> Result<Self, BadInput> {
-        if !(1..=MOST).contains(&order) {
-            return Err(BadInput::new("order of the filter", format!("1 to {MOST}"), order.to_string()));
+        if !(1..=MAX_ORDER).contains(&order) {
+            return Err(BadInput::new("order of the filter", format!("1 to {MAX_ORDER}"), order.to_string()));
         }
         if !(cutoff > 0.0 && cutoff < 0.5 * rate && rate.is_finite()) {
             let expected = format!("above 0 and below half of the {rate} samples per second");
@@ -94,8 +94,8 @@ impl LowPass {
         let analogue = |f: f64| (PI * f / rate).tan();
         let excess = |db: f64| 10f64.powf(-0.1 * db) - 1.0;
         let order = (excess(stop_db) / excess(pass_db)).ln() / (2.0 * (analogue(stop) / analogue(pass)).ln());
-        if order > MOST as f64 {
-            let expected = format!("a band between pass and stop that an order up to {MOST} can cross");
+        if order > MAX_ORDER as f64 {
+            let expected = format!("a band between pass and stop that an order up to {MAX_ORDER} can cross");
             return Err(BadInput::new("specification of the filter", expected, format!("order {order:.1}")));
         }
         let order = order.ceil().max(1.0);

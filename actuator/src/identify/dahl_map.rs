@@ -73,7 +73,7 @@ const WAVES: [u16; 3] = [60, 500, 4];
 /// Time between the samples that choose a ripple [s].
 const COARSE: f64 = 0.01;
 /// Least relative fall of the residual on validation runs that makes a ripple one [-].
-const LEAST_GAIN: f64 = 0.01;
+const MIN_GAIN: f64 = 0.01;
 /// Weights of the ridge that are tried, where one is chosen.
 const RIDGES: [f64; 7] = [1e-6, 1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3];
 
@@ -178,7 +178,7 @@ fn best_ridge(parts: &[Part]) -> f64 {
 /// The wave number with the least residual on validation runs, if that is less than without.
 fn best_ripple(ridge: f64, parts: impl Fn(Option<f64>) -> Vec<Part>) -> Option<f64> {
     let smooth = parts(None);
-    let enough = left_unseen(&smooth, ridge) + smooth.len() as f64 * (1.0 - LEAST_GAIN).ln();
+    let enough = left_unseen(&smooth, ridge) + smooth.len() as f64 * (1.0 - MIN_GAIN).ln();
     let [first, last, step] = WAVES;
     let mut best = (enough, None);
     for wave in (first..=last).step_by(usize::from(step)).map(f64::from) {

@@ -14,11 +14,11 @@ use nalgebra::{DMatrix, DVector};
 use crate::backlash::Play;
 
 /// Most rows that are fitted; more are thinned out.
-const MOST_ROWS: usize = 1500;
+const MAX_ROWS: usize = 1500;
 /// Fewest rows.
-const FEWEST_ROWS: usize = 200;
+const MIN_ROWS: usize = 200;
 /// Most pulleys for which squares and products are terms.
-const MOST_SQUARED: usize = 8;
+const MAX_SQUARED: usize = 8;
 /// Widest gap that is sought, as a share of a pulley's range.
 const WIDEST: f64 = 0.3;
 /// Widths that are tried at once.
@@ -57,8 +57,8 @@ struct Data<'a> {
 /// `BadInput` for series of different lengths, too few samples, or a pulley that rests throughout.
 pub fn lost_motion(travel: &[Vec<f64>], moved: &[Vec<f64>]) -> Result<LostMotion, BadInput> {
     let n_rows = travel.first().map_or(0, Vec::len);
-    if n_rows < FEWEST_ROWS || travel.iter().chain(moved).any(|series| series.len() != n_rows) {
-        let expected = format!("series of {FEWEST_ROWS} samples or more, alike in length");
+    if n_rows < MIN_ROWS || travel.iter().chain(moved).any(|series| series.len() != n_rows) {
+        let expected = format!("series of {MIN_ROWS} samples or more, alike in length");
         return Err(BadInput::new("lost motion", expected, n_rows.to_string()));
     }
     let range = |series: &Vec<f64>| {
@@ -72,7 +72,7 @@ pub fn lost_motion(travel: &[Vec<f64>], moved: &[Vec<f64>]) -> Result<LostMotion
         let place = format!("lost motion, pulley {}", k + 1);
         return Err(BadInput::new(place, "a pulley that moves", "one that rests throughout"));
     }
-    let rows = (0..n_rows).step_by(n_rows.div_ceil(MOST_ROWS)).collect();
+    let rows = (0..n_rows).step_by(n_rows.div_ceil(MAX_ROWS)).collect();
     let data = Data { travel, moved, rows, ranges };
     let width = data.widths(None);
     let without: Vec<Vec<f64>> = (0..PARTS).map(|part| data.widths(Some((part, &width)))).collect();
@@ -138,7 +138,7 @@ impl Data<'_> {
     /// Sum of squares that the best coefficients leave.
     fn misfit(&self, columns: &[Vec<f64>], without: Option<usize>) -> f64 {
         let n = columns.len();
-        let products = if n <= MOST_SQUARED { n * (n + 1) / 2 } else { 0 };
+        let products = if n <= MAX_SQUARED { n * (n + 1) / 2 } else { 0 };
         let terms = 1 + n + products;
         let m = self.moved.len();
         let mut matrix = DMatrix::<f64>::zeros(terms, terms);

@@ -42,7 +42,7 @@ const MEMBERS: usize = 10;
 const GENERATIONS: usize = 300;
 /// Speeds of each direction at which the curve of a network is sampled, and fewest that it is fitted to.
 const SAMPLES: usize = 100;
-const FEWEST: usize = 10;
+const MIN_SPEEDS: usize = 10;
 
 impl FrictionMethod {
     /// Every method, and its name.
@@ -127,8 +127,8 @@ fn by_networks(consequents: Consequents, problem: &Regression) -> Result<MethodF
     for (sign, direction) in [(1.0, "forward"), (-1.0, "reverse")] {
         let pairs = problem.velocity.iter().zip(problem.torque).filter(|(v, _)| *v * sign > 0.0);
         let pairs: Vec<(f64, f64)> = pairs.map(|(v, torque)| (v * sign, torque * sign)).collect();
-        if pairs.len() < FEWEST {
-            let expected = format!("{FEWEST} or more samples of each direction");
+        if pairs.len() < MIN_SPEEDS {
+            let expected = format!("{MIN_SPEEDS} or more samples of each direction");
             let found = format!("{} {direction}", pairs.len());
             return Err(BadInput::new("speed", expected, found).hint("record both directions"));
         }

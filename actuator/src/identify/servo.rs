@@ -57,7 +57,7 @@ pub struct DriveFit {
 }
 
 /// Farthest that the zero may be off [rad].
-const MOST_OFFSET: f64 = 0.1;
+const MAX_OFFSET: f64 = 0.1;
 /// How friction falls at low speed, v_s [rad/s] and α [-]: middle of the nine models m4 to m6 that bam publishes for MX-64, MX-106 and
 /// XL-320. These scatter by factors of 1.45 and 1.28.
 const SHAPES: [(&str, f64); 2] = [("dtheta_stribeck", 1.7), ("alpha", 1.3)];
@@ -153,7 +153,7 @@ fn parameters(drive: &Drive, quantities: &[&DriveQuantity], scale: f64, place: f
         let start = bounds.min + place * (bounds.max - bounds.min);
         Parameter { name: p.name.into_owned(), start, bounds, scale: Scale::Linear, prior: None }
     }));
-    let bounds = Bounds { min: -MOST_OFFSET, max: MOST_OFFSET };
+    let bounds = Bounds { min: -MAX_OFFSET, max: MAX_OFFSET };
     all.push(Parameter { name: "offset_rad".into(), start: 0.0, bounds, scale: Scale::Linear, prior: None });
     all
 }

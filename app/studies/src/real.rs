@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::{Listener, StudyProgress, cell, make_folder};
 use hysteron_arm::Model;
 use hysteron_arm::baselines::{
-    GoesOn, MOST_POINTS, RigidFeatures, fit_fourier, fit_gaussian_process, fit_rigid_body,
+    GoesOn, MAX_POINTS, RigidFeatures, fit_fourier, fit_gaussian_process, fit_rigid_body,
 };
 use hysteron_arm::datasets::RealSet;
 use hysteron_arm::identify::TorqueResponse;
@@ -242,7 +242,7 @@ fn kernel(
             (fit.features.predict(&fit.weights, &set.test), fit.choice.validation, choice)
         }
         Kernel::GaussianProcess => {
-            let fit = fit_gaussian_process(&set.training, &offset[0], lengths, MOST_POINTS, goes_on)?;
+            let fit = fit_gaussian_process(&set.training, &offset[0], lengths, MAX_POINTS, goes_on)?;
             let Some(fit) = fit else { return Ok(None) };
             let [n, of] = [fit.process.n_points(), set.training.len()];
             let choice =

@@ -10,11 +10,11 @@ use super::states::StateUnits;
 use crate::lagrangian::{Samples, Scores};
 
 /// Samples that the factorisation bears: n³/3 operations and 8 n² bytes.
-pub const MOST_POINTS: usize = 2000;
+pub const MAX_POINTS: usize = 2000;
 /// Variances of the noise that are tried, in those of the torques.
 const NOISES: [f64; 6] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0];
 /// Samples of the trajectories left out that a choice is evaluated on.
-const MOST_EVALUATED: usize = 4000;
+const MAX_EVALUATED: usize = 4000;
 /// Samples whose kernels stand in memory at a time.
 const ROWS: usize = 256;
 
@@ -151,7 +151,7 @@ pub fn fit_gaussian_process(
             let rows = spread(training, &fold.training, most);
             let processes =
                 GaussianProcess::conditioned((training, &targets), &rows, &units, *length, &NOISES);
-            let rows = spread(training, &fold.test, MOST_EVALUATED);
+            let rows = spread(training, &fold.test, MAX_EVALUATED);
             let evaluated = training.rows(&rows);
             let rest: Vec<f64> =
                 rows.iter().flat_map(|i| targets[n * i..n * (i + 1)].iter().copied()).collect();

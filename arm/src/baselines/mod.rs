@@ -8,7 +8,7 @@ mod selection;
 mod states;
 
 pub use fourier::FourierFeatures;
-pub use gaussian_process::{GaussianFit, GaussianProcess, MOST_POINTS, fit_gaussian_process};
+pub use gaussian_process::{GaussianFit, GaussianProcess, MAX_POINTS, fit_gaussian_process};
 pub use hysteron_learn::ridge::{NormalEquations, predict};
 pub use rigid_body::RigidFeatures;
 pub use selection::{Choice, FourierFit, GoesOn, choose_penalty, fit_fourier, fit_rigid_body};

@@ -70,7 +70,7 @@ pub struct Cusum {
 }
 
 /// Sums stop here, so that they come down again after a contact.
-const MOST: f64 = 2.0;
+const MAX_SUM: f64 = 2.0;
 
 impl Cusum {
     /// `slack` in standard deviations: half of the smallest shift that matters. `limits` of the sums, joint by joint.
@@ -103,7 +103,7 @@ impl Test for Cusum {
             let z = (external[j] - self.free.mean[j]) / self.free.deviation[j];
             let limit = self.limits[j];
             for (sum, z) in self.sums[j].iter_mut().zip([z, -z]) {
-                *sum = (*sum + z - self.slack).clamp(0.0, MOST * limit);
+                *sum = (*sum + z - self.slack).clamp(0.0, MAX_SUM * limit);
             }
             self.ratios[j] = self.sums[j][0].max(self.sums[j][1]) / limit;
         }

@@ -305,7 +305,7 @@ impl<'a> Believed<'a> {
     /// Newton's method with halved steps, which stay where bodies exist.
     fn newton(&self, sum: &Normal, start: DVector<f64>) -> DVector<f64> {
         let mut x = start;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let mut gradient = &sum.matrix * &x - &sum.right;
             for (k, inverse) in self.inverses.iter().enumerate() {
                 if let Some((_, more, _)) = divergence(&body(&x, k), inverse) {
@@ -360,7 +360,7 @@ impl<'a> Believed<'a> {
 const BARRIER: f64 = 1e-3;
 /// Ratio of one weight of the prior to the one before.
 const THINNER: f64 = 0.1;
-const MOST_STEPS: usize = 60;
+const MAX_STEPS: usize = 60;
 /// Decrease of the cost that another step would bring, below which the minimum is found.
 const DECREMENT: f64 = 1e-8;
 

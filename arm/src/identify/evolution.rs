@@ -34,7 +34,7 @@ pub struct EvolutionFit {
 
 /// Factors of a nominal mass, and of its largest moment, within which the body is looked for.
 const MASSES: [f64; 2] = [0.5, 1.5];
-const MOST_MOMENT: f64 = 3.0;
+const MAX_MOMENT: f64 = 3.0;
 /// Distance of a centre from the joint's frame, in lengths of the nominal one and of the body's radius of gyration.
 const FARTHEST: f64 = 2.0;
 
@@ -109,8 +109,8 @@ fn genes(model: &Model, terms: &[JointTerm], normals: &[Normal]) -> Vec<Paramete
         }
         for (k, axes) in ["xx", "xy", "yy", "xz", "yz", "zz"].iter().enumerate() {
             let is_moment = matches!(k, 0 | 2 | 5);
-            let least = if is_moment { 0.0 } else { -MOST_MOMENT * largest };
-            genes.push(gene(name(axes), [least, MOST_MOMENT * largest]));
+            let least = if is_moment { 0.0 } else { -MAX_MOMENT * largest };
+            genes.push(gene(name(axes), [least, MAX_MOMENT * largest]));
         }
     }
     for (j, normal) in normals.iter().enumerate() {

@@ -187,11 +187,11 @@ fn torques(recorded: &Recorded, torque_constants: &[f64]) -> Result<Vec<Vec<f64>
     }
     for (j, column) in currents.iter().enumerate() {
         let largest = column.iter().fold(0.0, |most: f64, i| most.max(i.abs()));
-        if largest > MOST_CURRENT {
+        if largest > MAX_CURRENT {
             let found = format!("{largest} A");
             return Err(BadInput::new(
                 format!("current_{}_a", j + 1),
-                format!("below {MOST_CURRENT} A"),
+                format!("below {MAX_CURRENT} A"),
                 found,
             )
             .hint("is it in mA? divide it by 1000, or name its column current_k_ma on import"));
@@ -201,7 +201,7 @@ fn torques(recorded: &Recorded, torque_constants: &[f64]) -> Result<Vec<Vec<f64>
 }
 
 /// Current that no joint of an arm takes [A]: what is above is in mA.
-const MOST_CURRENT: f64 = 200.0;
+const MAX_CURRENT: f64 = 200.0;
 /// Part of a period by which a step of time may differ from the others: a dropped sample bends every derivative [-].
 const UNEVEN: f64 = 0.05;
 

@@ -26,7 +26,7 @@ const BELIEVED_MASS: f64 = 1.0;
 const BELIEVED_RADIUS: f64 = 0.05;
 /// Weight of that belief, in independent samples of one joint [-].
 const PRIOR: f64 = 1.0;
-const MOST_STEPS: usize = 100;
+const MAX_STEPS: usize = 100;
 /// Variance that a joint's torque never falls below: rounding of simulated data [N² m²].
 const SMALLEST_VARIANCE: f64 = 1e-12;
 
@@ -142,7 +142,7 @@ fn minimum(
     };
     let mut x = start;
     let mut curvature = square;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let Some((_, gradient, hessian)) = divergence(&x, &believed) else { break };
         let gradient = square * x - side + PRIOR * gradient;
         curvature = square + PRIOR * hessian;

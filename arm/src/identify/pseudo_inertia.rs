@@ -25,16 +25,16 @@ pub fn matrix(p: &Body) -> Matrix4<f64> {
 
 /// Least mass [kg] and radius of gyration [m] of a body that is believed: rods without width and frames without mass stand in
 /// robots' files, and no divergence from them is finite.
-const LEAST_MASS: f64 = 1e-3;
-const LEAST_RADIUS: f64 = 0.01;
+const MIN_MASS: f64 = 1e-3;
+const MIN_RADIUS: f64 = 0.01;
 
 /// The nearest body that can exist and has some width in every direction: its own centre, no less mass, no less width.
 pub fn believable(inertia: &Inertia<f64>) -> Inertia<f64> {
-    let mass = inertia.mass.max(LEAST_MASS);
+    let mass = inertia.mass.max(MIN_MASS);
     let [xx, xy, yy, xz, yz, zz] = inertia.second_about_centre();
     let second = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     let mut widths = (Matrix3::identity() * (0.5 * second.trace()) - second).symmetric_eigen();
-    widths.eigenvalues.apply(|width| *width = width.max(mass * LEAST_RADIUS * LEAST_RADIUS));
+    widths.eigenvalues.apply(|width| *width = width.max(mass * MIN_RADIUS * MIN_RADIUS));
     let widths = widths.recompose();
     let s = Matrix3::identity() * widths.trace() - widths;
     let second = [s[(0, 0)], s[(0, 1)], s[(1, 1)], s[(0, 2)], s[(1, 2)], s[(2, 2)]];

@@ -127,7 +127,7 @@ impl<T: Real> Block<T> {
             values.clear();
         }
         self.n_rows = 0;
-        let mut of_joints = [[[0.0; 2]; 2]; super::MOST];
+        let mut of_joints = [[[0.0; 2]; 2]; super::MAX_JOINTS];
         // One series after the other: samples stand anywhere in memory, and short loops ask for several of them at a time.
         for (to, from) in [&mut self.v, &mut self.a].into_iter().zip(&series[1..]) {
             for row in rows.clone() {

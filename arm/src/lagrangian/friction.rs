@@ -7,7 +7,7 @@ use super::block::{Block, Term};
 /// Numbers of every joint: Coulomb, Stribeck, its width before the softplus, viscous.
 pub(crate) const PER_JOINT: usize = 4;
 /// The least width of the Stribeck term, in squares of a speed of order 1.
-const LEAST_WIDTH: f64 = 1e-3;
+const MIN_WIDTH: f64 = 1e-3;
 /// Speed of order 1 within which the sign is smooth.
 const SMOOTH: f64 = 0.01;
 
@@ -31,7 +31,7 @@ impl<T: Real> Friction<T> {
     fn parts(&self, parameters: &[T], joint: usize, speed: T) -> [T; 5] {
         let u = speed * self.per_speed[joint];
         let [width, by_raw, _] = Activation::Softplus.at(parameters[PER_JOINT * joint + 2]);
-        let width = width + T::of(LEAST_WIDTH);
+        let width = width + T::of(MIN_WIDTH);
         let [sign, ..] = Activation::Tanh.at(u / T::of(SMOOTH));
         [u, sign, (-u * u / width).exponential(), width, by_raw]
     }

@@ -36,6 +36,6 @@ pub use simulated::{Sinusoids, sinusoids};
 pub use training::{Polish, StepDecay, Trained, TrainingOptions, train};
 
 /// Most joints of a model.
-pub(crate) const MOST: usize = 16;
+pub(crate) const MAX_JOINTS: usize = 16;
 /// Columns of a mass matrix's factor at most: six for each joint of an arm of seven, and as many as it has joints.
-pub(crate) const MOST_COLUMNS: usize = 49;
+pub(crate) const MAX_COLUMNS: usize = 49;

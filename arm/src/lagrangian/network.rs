@@ -12,10 +12,10 @@ use super::block::{Block, Coordinate, Features, Motion, Term};
 use super::factor::packed;
 use super::friction::{Friction, PER_JOINT};
 use super::structured::{EnergyScales, EnergyShapes, StructuredHamiltonian, StructuredLagrangian};
-use super::{MOST, MOST_COLUMNS, Samples};
+use super::{MAX_COLUMNS, MAX_JOINTS, Samples};
 
 /// Joints whose numbers are multiplied, at most.
-const MOST_DEGREE: usize = 4;
+const MAX_DEGREE: usize = 4;
 /// Samples side by side in a regression.
 const BLOCK: usize = 256;
 /// Of a regression on features, some of which can depend on others: little compared with its noise.
@@ -232,11 +232,11 @@ impl NetworkShape {
     /// `BadInput` for counts and numbers out of their ranges.
     pub fn check(&self) -> Result<(), BadInput> {
         let n = self.n_joints();
-        if n == 0 || n > MOST {
-            return Err(BadInput::new("network: joints", format!("1 to {MOST}"), n.to_string()));
+        if n == 0 || n > MAX_JOINTS {
+            return Err(BadInput::new("network: joints", format!("1 to {MAX_JOINTS}"), n.to_string()));
         }
-        if self.squares > MOST_COLUMNS - n {
-            let expected = format!("0 to {} squares of {n} joints", MOST_COLUMNS - n);
+        if self.squares > MAX_COLUMNS - n {
+            let expected = format!("0 to {} squares of {n} joints", MAX_COLUMNS - n);
             return Err(BadInput::new("network: squares", expected, self.squares.to_string()));
         }
         if !(self.epsilon > 0.0 && self.epsilon.is_finite()) {
@@ -250,9 +250,9 @@ impl NetworkShape {
             return Err(BadInput::new("network: scales", expected, found.join(", ")));
         }
         if let InputForm::Products(degree) = self.inputs
-            && !(1..=MOST_DEGREE).contains(&degree)
+            && !(1..=MAX_DEGREE).contains(&degree)
         {
-            let expected = format!("products over 1 to {MOST_DEGREE} joints");
+            let expected = format!("products over 1 to {MAX_DEGREE} joints");
             return Err(BadInput::new("network: inputs", expected, degree.to_string()));
         }
         self.mlp(self.features().len(), 1).check()

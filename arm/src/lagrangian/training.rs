@@ -141,7 +141,7 @@ pub fn train(
 ) -> Result<Trained> {
     shape.check()?;
     training.check_variation()?;
-    let [count, most] = [shape.n_parameters(), LevenbergMarquardt::MOST_PARAMETERS];
+    let [count, most] = [shape.n_parameters(), LevenbergMarquardt::MAX_PARAMETERS];
     if matches!(options.polish_by, Polish::LevenbergMarquardt { .. }) && options.polish > 0 && count > most {
         let expected = format!("at most {most} parameters for Levenberg and Marquardt's method");
         let bad = BadInput::new("network", expected, count.to_string());

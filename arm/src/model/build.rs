@@ -8,7 +8,7 @@ use nalgebra::Matrix3;
 
 use super::description::{Description, JointDescription, JointKind, Link, Mimic};
 use super::xml::Check;
-use super::{Follower, Frame, Joint, MOST_JOINTS, Model, Notes, Weightless};
+use super::{Follower, Frame, Joint, MAX_JOINTS, Model, Notes, Weightless};
 use crate::spatial::{Inertia, Mat3, Pose, Sym3, Vec3, cross, dot3};
 
 /// Part of the greatest principal inertia by which rounded numbers of a file may fall below zero.
@@ -209,11 +209,11 @@ fn check_names(description: &Description, model: &Model) -> Check<()> {
 /// Refuses robots without a joint and with too many, before work is done for each.
 fn check_count(description: &Description) -> Check<()> {
     let n = description.joints.iter().filter(|joint| joint.kind.is_some()).count();
-    if (1..=MOST_JOINTS).contains(&n) || description.links.is_empty() {
+    if (1..=MAX_JOINTS).contains(&n) || description.links.is_empty() {
         return Ok(());
     }
     let found = if n == 0 { "none".to_owned() } else { n.to_string() };
-    let bad = BadInput::new(&description.file, format!("1 to {MOST_JOINTS} joints that move"), found);
+    let bad = BadInput::new(&description.file, format!("1 to {MAX_JOINTS} joints that move"), found);
     Err(if n == 0 { bad } else { bad.hint("make joints fixed that are not needed, as those of fingers") })
 }
 

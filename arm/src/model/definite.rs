@@ -15,7 +15,7 @@ use crate::{Data, mass_matrix};
 const N_CONFIGURATIONS: usize = 5;
 /// Part of what a joint carries, taken about its origin without regard to the axis, that must resist it [-]. A rod of 1 mm and
 /// 1 m that turns about itself has 1e-6 of that; rounding leaves some 1e-15.
-const LEAST_RESISTING: f64 = 1e-11;
+const MIN_RESISTING: f64 = 1e-11;
 /// Coordinates that are drawn where a joint has no range [rad] or [m].
 const DRAWN: [f64; 2] = [-1.0, 1.0];
 
@@ -58,7 +58,7 @@ impl Model {
                 JointKind::Prismatic => carried[k].mass,
             };
             let pivot = mass[n * k + k];
-            let least = LEAST_RESISTING * (scale + joint.drive.armature);
+            let least = MIN_RESISTING * (scale + joint.drive.armature);
             if pivot.is_nan() || pivot <= least {
                 return Some(k);
             }

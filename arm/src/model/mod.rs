@@ -25,7 +25,7 @@ pub use description::{Drive, FreeJoint, JointKind};
 use crate::spatial::{Inertia, Pose, Vec3, add_scaled3, add3, mul3};
 
 /// Joints that a robot may have.
-pub const MOST_JOINTS: usize = 64;
+pub const MAX_JOINTS: usize = 64;
 
 /// Names that an error lists.
 const MAX_NAMED: usize = 100;

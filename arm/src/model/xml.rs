@@ -10,11 +10,11 @@ use roxmltree::{Document, ParsingOptions};
 pub(super) type Check<T> = Result<T, BadInput>;
 
 /// The largest file that is opened: robots are kilobytes.
-const MOST_BYTES: usize = 16 << 20;
+const MAX_BYTES: usize = 16 << 20;
 /// Elements, texts and comments of a file.
-const MOST_NODES: u32 = 200_000;
+const MAX_NODES: u32 = 200_000;
 /// Elements within elements: the parser recurses.
-const MOST_NESTED: usize = 256;
+const MAX_NESTED: usize = 256;
 /// Attributes of one element: the parser compares each with all others.
 const MAX_ATTRIBUTES: usize = 128;
 /// Namespaces that a file declares: the parser compares each with all others.
@@ -25,16 +25,16 @@ const MAX_NAMESPACES: usize = 64;
 /// # Errors
 /// `BadInput` naming line and column where the text is no XML, or has more bytes, nodes or levels than a robot.
 pub(super) fn parse<'t>(text: &'t str, name: &str) -> Check<Document<'t>> {
-    if text.len() > MOST_BYTES {
+    if text.len() > MAX_BYTES {
         let found = format!("{} MB", text.len() >> 20);
-        return Err(BadInput::new(name, format!("a robot file of at most {} MB", MOST_BYTES >> 20), found));
+        return Err(BadInput::new(name, format!("a robot file of at most {} MB", MAX_BYTES >> 20), found));
     }
-    if deepest(text) > MOST_NESTED {
-        let expected = format!("at most {MOST_NESTED} elements within each other");
+    if deepest(text) > MAX_NESTED {
+        let expected = format!("at most {MAX_NESTED} elements within each other");
         return Err(BadInput::new(name, expected, format!("{}", deepest(text))));
     }
     check_attributes(text).map_err(|bad| bad.within(name))?;
-    let options = ParsingOptions { allow_dtd: false, nodes_limit: MOST_NODES, ..ParsingOptions::default() };
+    let options = ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     Document::parse_with_options(text, options).map_err(|error| {
         let at = error.pos();
         BadInput::new(format!("{name}: line {}, column {}", at.row, at.col), "XML", brief(&error.to_string()))
@@ -180,7 +180,7 @@ pub(super) fn elements(text: &str, name: &str) -> Check<Element> {
 }
 
 impl Element {
-    /// At most [`MOST_NESTED`] levels.
+    /// At most [`MAX_NESTED`] levels.
     fn of(node: &Node, lines: &Lines, file: &Rc<str>) -> Self {
         let name = node.tag_name();
         let is_xacro = name.namespace().is_some_and(|uri| uri.contains("xacro"));

@@ -10,7 +10,7 @@ use hysteron_learn::{Progress, Result, Session, Task, fit};
 
 use super::actuator::NeuralActuator;
 use super::closed_loop::ClosedLoop;
-use super::data::{FEWEST_ROWS, Trajectory};
+use super::data::{MIN_ROWS, Trajectory};
 use super::loss::{LossWeights, wrap};
 use super::segment::{Segment, Telemetry};
 use super::servo::ServoModel;
@@ -193,8 +193,8 @@ fn halves(trajectories: &[Trajectory]) -> std::result::Result<[Vec<Trajectory>; 
     if trajectories.is_empty() {
         return Err(BadInput::new("recordings", "one or more", "none"));
     }
-    if let Some(short) = trajectories.iter().find(|one| one.len() < 4 * FEWEST_ROWS) {
-        let expected = format!("{} samples or more to adapt to", 4 * FEWEST_ROWS);
+    if let Some(short) = trajectories.iter().find(|one| one.len() < 4 * MIN_ROWS) {
+        let expected = format!("{} samples or more to adapt to", 4 * MIN_ROWS);
         return Err(BadInput::new(&short.name, expected, short.len().to_string()));
     }
     let at = |one: &Trajectory| (LEARNED * one.len() as f64) as usize;

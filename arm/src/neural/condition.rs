@@ -26,7 +26,7 @@ const SLOW: f64 = 0.05;
 /// Trees of the forest.
 const TREES: usize = 100;
 /// Most windows that support vectors are chosen among: their cost grows with the square.
-const MOST_WINDOWS: usize = 2000;
+const MAX_WINDOWS: usize = 2000;
 
 /// The detector by what is identified along a trajectory.
 pub const EVIDENCE: &str = "likelihood of identified faults";
@@ -258,7 +258,7 @@ fn failed(what: &str, error: &smartcore::error::Failed) -> BadInput {
 
 /// How healthy windows look to a support vector machine with Gaussian kernel, γ one over the number of features.
 fn support_vectors([x, y]: [&[Vec<f64>]; 2], is_healthy: &[bool]) -> Result<[Vec<f64>; 2], BadInput> {
-    let every = x.len().div_ceil(MOST_WINDOWS);
+    let every = x.len().div_ceil(MAX_WINDOWS);
     let some: Vec<Vec<f64>> = x.iter().step_by(every).cloned().collect();
     let labels: Vec<i32> = is_healthy.iter().step_by(every).map(|is| if *is { 1 } else { -1 }).collect();
     let gamma = 1.0 / x[0].len() as f64;

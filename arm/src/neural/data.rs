@@ -103,14 +103,14 @@ pub enum Unlabelled {
 }
 
 /// Times between samples may differ from the period by this part, as the median over the recording.
-const MOST_PERIOD_OFF: f64 = 0.1;
+const MAX_PERIOD_OFF: f64 = 0.1;
 /// Samples that may be further apart than one and a half periods, as a part of all.
-const MOST_LATE: f64 = 0.05;
+const MAX_LATE: f64 = 0.05;
 /// Most scatter of the other steps [-]. Times that are wrong by a fifth of 17 ms shift a joint at 0.5 rad/s by 0.1 deg, as much as a
 /// trained actuator errs.
-const MOST_SCATTER: f64 = 0.2;
+const MAX_SCATTER: f64 = 0.2;
 /// Fewest samples of a trajectory.
-pub const FEWEST_ROWS: usize = 32;
+pub const MIN_ROWS: usize = 32;
 
 /// Gripper of recordings: `None` without `aperture_m`; else how its motor's angle opens the jaws, by least
 /// squares.
@@ -210,8 +210,8 @@ pub fn trajectory_of(
         None => &[],
     };
     let n = recording.n_samples();
-    if n < FEWEST_ROWS {
-        return Err(BadInput::new("recording", format!("{FEWEST_ROWS} samples or more"), n.to_string()));
+    if n < MIN_ROWS {
+        return Err(BadInput::new("recording", format!("{MIN_ROWS} samples or more"), n.to_string()));
     }
     let mut inputs = vec![0.0; n * features.len()];
     let mut states = Vec::with_capacity(n * 2 * m);
@@ -271,8 +271,8 @@ fn check_times(recording: &Recording, period: f64) -> Result<(), BadInput> {
         return Err(BadInput::new("time_s", "two samples or more", recording.n_samples().to_string()));
     };
     let median = steps.median();
-    if (median / period - 1.0).abs() > MOST_PERIOD_OFF {
-        let expected = format!("steps of {period} s, within {:.0} %", 100.0 * MOST_PERIOD_OFF);
+    if (median / period - 1.0).abs() > MAX_PERIOD_OFF {
+        let expected = format!("steps of {period} s, within {:.0} %", 100.0 * MAX_PERIOD_OFF);
         return Err(BadInput::new("time_s", expected, format!("{median:.5} s in the median"))
             .hint("--period-s says the step of the simulation"));
     }
@@ -281,16 +281,16 @@ fn check_times(recording: &Recording, period: f64) -> Result<(), BadInput> {
             .hint("jitter this large hides what the actuator does between samples")
     };
     let late = steps.longer_than(1.5 * period);
-    if late > MOST_LATE {
-        let expected = format!("at most {:.0} % of the steps longer than 1.5 periods", 100.0 * MOST_LATE);
+    if late > MAX_LATE {
+        let expected = format!("at most {:.0} % of the steps longer than 1.5 periods", 100.0 * MAX_LATE);
         return Err(uneven(expected, late));
     }
     // A file that was resampled on import says what its own steps were.
     let noted = recording.meta().extra.get(STEP_SCATTER).and_then(|text| text.parse().ok());
     let scatter = steps.scatter().max(noted.unwrap_or(0.0));
-    if scatter > MOST_SCATTER {
+    if scatter > MAX_SCATTER {
         let expected =
-            format!("steps that scatter by at most {:.0} % about their median", 100.0 * MOST_SCATTER);
+            format!("steps that scatter by at most {:.0} % about their median", 100.0 * MAX_SCATTER);
         return Err(uneven(expected, scatter));
     }
     Ok(())

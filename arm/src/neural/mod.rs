@@ -42,7 +42,7 @@ pub use closed_loop::{ClosedLoop, LoopGradient};
 pub use compare::{Comparison, FORCES, HORIZONS, METHODS};
 pub use condition::{ConditionSaid, DetectorScores, EVIDENCE, detectors};
 pub use current::CurrentModel;
-pub use data::{FEWEST_ROWS, Trajectory, Unlabelled, gripper_of, trajectory_of};
+pub use data::{MIN_ROWS, Trajectory, Unlabelled, gripper_of, trajectory_of};
 pub use evaluate::{
     ForceScores, PoseScores, Rollout, area_under_curve, condition_scores, force_scores, pose_scores, roll_out,
 };

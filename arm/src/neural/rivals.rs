@@ -12,7 +12,7 @@ use super::heat::Heat;
 use super::loss::wrap;
 use super::motors::Motors;
 use super::segment::Segment;
-use super::servo::{MOST_LOAD_FRICTION, ServoModel};
+use super::servo::{MAX_LOAD_FRICTION, ServoModel};
 use super::simulation::{Asked, Simulation, SimulationOptions};
 use crate::{Data, Model, gravity_torque};
 
@@ -45,7 +45,7 @@ pub struct LagAndDroop {
 }
 
 /// Longest delay tried [rows].
-const MOST_DELAY: usize = 10;
+const MAX_DELAY: usize = 10;
 /// Parts of the way that are tried.
 const LAGS: [f64; 6] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.2];
 
@@ -68,7 +68,7 @@ impl LagAndDroop {
         let mut fitted = Self { lag: vec![(0, 1.0); m], droop: vec![[0.0; 2]; m], position_gain };
         for motor in 0..m {
             let mut best = f64::INFINITY;
-            for lag in (0..=MOST_DELAY).flat_map(|delay| LAGS.map(|part| (delay, part))) {
+            for lag in (0..=MAX_DELAY).flat_map(|delay| LAGS.map(|part| (delay, part))) {
                 let mut normal = NormalEquations::new(2, 1);
                 let mut square = 0.0;
                 for (one, (goals, gravity)) in trajectories.iter().zip(goals.iter().zip(&gravity)) {
@@ -243,7 +243,7 @@ fn parameters(m: usize, motors: &Motors) -> Vec<Parameter> {
     let share = |k: usize| Parameter {
         name: format!("load friction {}", k + 1),
         start: 0.05,
-        bounds: Bounds { min: 0.0, max: MOST_LOAD_FRICTION },
+        bounds: Bounds { min: 0.0, max: MAX_LOAD_FRICTION },
         scale: Scale::Linear,
         prior: None,
     };

@@ -36,7 +36,7 @@ pub struct ServoModel {
 pub(super) const FRICTION_WIDTH: f64 = 0.05;
 
 /// Largest friction per torque through the gear: at one half a motor that lifts a load holds all of its torque by friction [-].
-pub(super) const MOST_LOAD_FRICTION: f64 = 0.45;
+pub(super) const MAX_LOAD_FRICTION: f64 = 0.45;
 
 impl ServoModel {
     /// # Errors
@@ -51,9 +51,9 @@ impl ServoModel {
             }
         }
         let shares = &self.load_friction;
-        let are_shares = shares.iter().all(|share| (0.0..=MOST_LOAD_FRICTION).contains(share));
+        let are_shares = shares.iter().all(|share| (0.0..=MAX_LOAD_FRICTION).contains(share));
         if !(shares.is_empty() || self.holds && shares.len() == m && are_shares) {
-            let expected = format!("none, or {m} from 0 to {MOST_LOAD_FRICTION} of friction that holds");
+            let expected = format!("none, or {m} from 0 to {MAX_LOAD_FRICTION} of friction that holds");
             return Err(BadInput::new("servo.load_friction", expected, format!("{shares:?}")));
         }
         if !(self.damping >= 0.0 && self.damping.is_finite()) {

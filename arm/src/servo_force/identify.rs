@@ -13,9 +13,9 @@ use crate::{Data, Model, dense, inverse_dynamics};
 /// Signals above this are noise [Hz].
 pub(super) const CUTOFF: f64 = 6.0;
 /// A joint moves where its speed is above this: two steps of the register [rad/s].
-pub(super) const MOVES: f64 = 0.05;
+pub(super) const MIN_MOVING_SPEED_RAD_S: f64 = 0.05;
 /// Spread of the torque that a motion needs, above which it weighs the motor [N m].
-const WEIGHS: f64 = 0.1;
+const MIN_TORQUE_SPREAD_NM: f64 = 0.1;
 /// Stribeck speeds that are tried [rad/s].
 const STRIBECK: [f64; 6] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0];
 
@@ -50,7 +50,7 @@ pub(super) fn identify(model: &Model, training: &[Telemetry]) -> Result<([Known;
     // Weights scale the motors where there are weights; the servos are of one kind.
     let weighed: Vec<f64> = rows
         .iter()
-        .filter(|joint| joint.spread() > WEIGHS)
+        .filter(|joint| joint.spread() > MIN_TORQUE_SPREAD_NM)
         .map(|joint| joint.scale(&drive))
         .filter(|scale| *scale > 0.0)
         .collect();
@@ -67,7 +67,7 @@ pub(super) fn identify(model: &Model, training: &[Telemetry]) -> Result<([Known;
     };
     let known = [
         Known { motors: linear, friction: FrictionModel::none(n) },
-        Known { motors, friction: FrictionModel::new(laws, LowSpeed::Linear(MOVES)) },
+        Known { motors, friction: FrictionModel::new(laws, LowSpeed::Linear(MIN_MOVING_SPEED_RAD_S)) },
     ];
     Ok((known, servo))
 }
@@ -93,7 +93,11 @@ fn append(model: &Model, trajectory: &Telemetry, rows: &mut [JointRows]) -> Resu
             joint.current.push(current[k][row]);
             joint.voltage.push(voltage[k][row]);
             let now = trajectory.velocity[n * row + k];
-            joint.moves.push(now.abs() > MOVES && dq[k][row].abs() > MOVES && now * dq[k][row] > 0.0);
+            joint.moves.push(
+                now.abs() > MIN_MOVING_SPEED_RAD_S
+                    && dq[k][row].abs() > MIN_MOVING_SPEED_RAD_S
+                    && now * dq[k][row] > 0.0,
+            );
         }
     }
     Ok(())

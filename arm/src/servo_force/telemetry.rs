@@ -35,8 +35,8 @@ impl Telemetry {
     pub fn of(recording: &Recording, n_joints: usize) -> Result<Self, BadInput> {
         let recorded = Recorded::of(recording)?;
         let n_samples = recording.n_samples();
-        if n_samples < LEAST {
-            return Err(BadInput::new("recording", format!("{LEAST} rows"), n_samples.to_string()));
+        if n_samples < MIN_ROWS {
+            return Err(BadInput::new("recording", format!("{MIN_ROWS} rows"), n_samples.to_string()));
         }
         if recorded.joints.len() < n_joints {
             let found = recorded.joints.len().to_string();
@@ -88,4 +88,4 @@ impl Telemetry {
 }
 
 /// Fewest rows of a trajectory: less than two seconds say nothing.
-const LEAST: usize = 100;
+const MIN_ROWS: usize = 100;

@@ -12,7 +12,7 @@ use super::{Axes, Demonstration, StaticRegression};
 /// Samples between the delays that are tried first.
 const COARSE: usize = 4;
 /// Part by which a delay must lower the mean square error to be one [-]: a hundredth of the error itself.
-const LEAST_GAIN: f64 = 0.02;
+const MIN_GAIN: f64 = 0.02;
 
 /// A path that is `delay` samples ahead of itself; it stands still after its end.
 pub fn ahead(path: &[PathPoint], delay: f64) -> Vec<PathPoint> {
@@ -59,7 +59,7 @@ pub(super) fn fit_delay(
         }
     }
     let found = best(&tried);
-    if tried[&found] > (1.0 - LEAST_GAIN) * tried[&0] {
+    if tried[&found] > (1.0 - MIN_GAIN) * tried[&0] {
         return Ok(0.0);
     }
     let beside =

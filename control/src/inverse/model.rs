@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hysteron_base::size::check_count;
 use hysteron_base::{BadInput, Bounds, json};
-use hysteron_learn::{Checkpoint, MOST_ROWS, Network, Normaliser, WeightFormat};
+use hysteron_learn::{Checkpoint, MAX_ROWS, Network, Normaliser, WeightFormat};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -136,7 +136,7 @@ impl InverseModel {
     fn check(&self) -> Check<()> {
         let n_inputs = match &self.design {
             Design::Windowed { window } => {
-                check_count("window", *window, MOST_ROWS)?;
+                check_count("window", *window, MAX_ROWS)?;
                 self.axes().len()
             }
             Design::Recurrent { features, regression } => {

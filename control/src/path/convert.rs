@@ -1,6 +1,6 @@
 //! The one conversion from what was typed to a curve with a timing, and every bound of a target.
 
-use super::outline::{MOST_CROSSING_POINTS, Outline, Point, distance};
+use super::outline::{MAX_CROSSING_POINTS, Outline, Point, distance};
 use super::schema::{Curve, Family, TargetFile};
 use super::timing::Ramped;
 use super::{csv, family, svg};
@@ -15,12 +15,12 @@ type Check<T> = std::result::Result<T, BadInput>;
 
 const FORMAT: (&str, i64) = ("hysteron-target", 1);
 /// More than any target has; keeps a slip of the hand from filling the memory.
-const MOST_SAMPLES: f64 = 1e6;
+const MAX_SAMPLES: f64 = 1e6;
 /// Of an outline that must not cross itself, for which all its lines are compared with each other.
-const MOST_POINTS: usize = 20_000;
-const MOST_LAPS: u32 = 1000;
+const MAX_POINTS: usize = 20_000;
+const MAX_LAPS: u32 = 1000;
 /// Of a target file, and of an outline's.
-pub(super) const MOST_BYTES: usize = 32 << 20;
+pub(super) const MAX_BYTES: usize = 32 << 20;
 /// Longest coordinate, size or distance of a target [mm].
 const LONGEST: f64 = 1e4;
 /// Smallest size of a curve [mm].
@@ -28,8 +28,8 @@ const SHORTEST: f64 = 1e-6;
 const LONGEST_TIME: f64 = 1e6;
 const RATES: [f64; 2] = [1e-2, 1e5];
 /// Fewest samples of a lap, and of the way there, that show how it runs.
-const FEWEST_SAMPLES: f64 = 100.0;
-const FEWEST_LEAD_SAMPLES: f64 = 10.0;
+const MIN_SAMPLES: f64 = 100.0;
+const MIN_LEAD_SAMPLES: f64 = 10.0;
 /// A curve that begins nearer to the rest point begins there [m].
 const AT_REST: f64 = 1e-9;
 
@@ -71,7 +71,7 @@ pub(super) fn target(typed: TargetFile, folder: &Path) -> Result<Valid> {
     let rest = between("rest_s", typed.rest_s, [0.0, LONGEST_TIME])?;
     let lead_in = between("lead_in_s", typed.lead_in_s, [0.0, LONGEST_TIME])?;
     let laps = typed.laps.unwrap_or(1);
-    require("laps", "1 to 1000", f64::from(laps), (1..=MOST_LAPS).contains(&laps))?;
+    require("laps", "1 to 1000", f64::from(laps), (1..=MAX_LAPS).contains(&laps))?;
 
     let drawn = curve(&typed.curve, folder)?;
     let centre = centre(typed.centre_mm.as_deref(), drawn.is_planar)?;
@@ -94,9 +94,9 @@ pub(super) fn target(typed: TargetFile, folder: &Path) -> Result<Valid> {
         );
         return Err(bad.hint("sizes are in mm").into());
     }
-    if n_points > MOST_POINTS && !drawn.may_cross {
+    if n_points > MAX_POINTS && !drawn.may_cross {
         let found = n_points.to_string();
-        return Err(BadInput::new(drawn.place, format!("at most {MOST_POINTS} points"), found).into());
+        return Err(BadInput::new(drawn.place, format!("at most {MAX_POINTS} points"), found).into());
     }
     if !drawn.may_cross
         && let Some([x, y]) = outline.crossing()
@@ -112,8 +112,8 @@ pub(super) fn target(typed: TargetFile, folder: &Path) -> Result<Valid> {
     let motion = motion(&outline, laps, rate_hz, speed, ramp)?;
     check_lead(&outline, lead_in, rate_hz)?;
     let n = 2.0 * (rest + lead_in) * rate_hz + motion.n_steps(rate_hz) as f64;
-    if n.is_nan() || n >= MOST_SAMPLES {
-        let expected = format!("fewer than {MOST_SAMPLES:e} samples");
+    if n.is_nan() || n >= MAX_SAMPLES {
+        let expected = format!("fewer than {MAX_SAMPLES:e} samples");
         return Err(BadInput::new("target", expected, format!("{n:e}")).hint("times are in seconds").into());
     }
     let (is_planar, family) = (drawn.is_planar, drawn.family);
@@ -123,9 +123,9 @@ pub(super) fn target(typed: TargetFile, folder: &Path) -> Result<Valid> {
 
 /// The motion along the curve, which the rate can show and in which the ramps have room.
 fn motion(outline: &Outline, laps: u32, rate_hz: f64, speed: f64, ramp: f64) -> Check<Ramped> {
-    let most = outline.length() * rate_hz / FEWEST_SAMPLES;
+    let most = outline.length() * rate_hz / MIN_SAMPLES;
     if speed > most {
-        let expected = format!("at most {:.3}, {FEWEST_SAMPLES} samples for a lap", 1e3 * most);
+        let expected = format!("at most {:.3}, {MIN_SAMPLES} samples for a lap", 1e3 * most);
         return Err(BadInput::new("speed_mm_s", expected, format!("{}", 1e3 * speed))
             .hint("a higher rate_hz, or a lower speed"));
     }
@@ -135,8 +135,8 @@ fn motion(outline: &Outline, laps: u32, rate_hz: f64, speed: f64, ramp: f64) -> 
         return Err(BadInput::new("ramp_s", expected, format!("{ramp}")));
     }
     let n = (length / speed + ramp) * rate_hz;
-    if n.is_nan() || n >= MOST_SAMPLES {
-        let expected = format!("a speed that gives fewer than {MOST_SAMPLES:e} samples");
+    if n.is_nan() || n >= MAX_SAMPLES {
+        let expected = format!("a speed that gives fewer than {MAX_SAMPLES:e} samples");
         return Err(BadInput::new("speed_mm_s", expected, format!("{n:e}")));
     }
     Ok(Ramped::new(length, speed, ramp, rate_hz))
@@ -145,9 +145,9 @@ fn motion(outline: &Outline, laps: u32, rate_hz: f64, speed: f64, ramp: f64) -> 
 /// From rest to a curve that begins elsewhere takes some time.
 fn check_lead(outline: &Outline, lead_in: f64, rate_hz: f64) -> Check<()> {
     let away = [0.0, outline.length()].map(|at| distance(outline.at(at), [0.0; 3]));
-    let is_right = away.iter().all(|away| *away <= AT_REST) || lead_in * rate_hz >= FEWEST_LEAD_SAMPLES;
+    let is_right = away.iter().all(|away| *away <= AT_REST) || lead_in * rate_hz >= MIN_LEAD_SAMPLES;
     let expected = format!(
-        "{FEWEST_LEAD_SAMPLES} samples or more for the way to the curve, {:.1} mm from rest",
+        "{MIN_LEAD_SAMPLES} samples or more for the way to the curve, {:.1} mm from rest",
         1e3 * away[0].max(away[1])
     );
     require("lead_in_s", &expected, lead_in, is_right).map(|_| ())
@@ -281,7 +281,7 @@ fn cycles(typed: [u32; 2]) -> Check<[u32; 2]> {
 
 /// Points as typed, all with x and y or all with x, y and z; and whether they are planar.
 fn points(typed: &[Vec<f64>]) -> Check<(Vec<Point>, bool)> {
-    check_at_most("curve.points_mm", typed.len(), MOST_CROSSING_POINTS)?;
+    check_at_most("curve.points_mm", typed.len(), MAX_CROSSING_POINTS)?;
     let n = typed.first().map_or(2, Vec::len);
     let mut points = Vec::new();
     for (i, point) in typed.iter().enumerate() {
@@ -323,6 +323,6 @@ fn outline_file(name: &str, folder: &Path) -> Result<(Vec<Point>, bool, bool, St
 fn outline_text(path: &Path) -> Result<String> {
     let text = file::read_text(path)?;
     let place = format!("{}: bytes", path.display());
-    check_at_most(&place, text.len(), MOST_BYTES)?;
+    check_at_most(&place, text.len(), MAX_BYTES)?;
     Ok(text)
 }

@@ -1,7 +1,7 @@
 //! Outlines as CSV: columns `x_mm,y_mm` or `x_m,y_m`, and z where the outline leaves the plane; the only module of
 //! this crate that knows the `csv` crate.
 
-use super::outline::{MOST_CROSSING_POINTS, Point};
+use super::outline::{MAX_CROSSING_POINTS, Point};
 use hysteron_base::BadInput;
 use hysteron_base::size::check_at_most;
 use hysteron_base::units::Unit;
@@ -25,7 +25,7 @@ pub(super) fn read(text: &str) -> Result<(Vec<Point>, bool), BadInput> {
             })?;
         }
         points.push(point);
-        check_at_most("points", points.len(), MOST_CROSSING_POINTS)?;
+        check_at_most("points", points.len(), MAX_CROSSING_POINTS)?;
     }
     Ok((points, columns.len() == 3))
 }

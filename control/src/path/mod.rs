@@ -162,7 +162,7 @@ impl TargetPath {
     /// # Errors
     /// As [`TargetPath::open`].
     pub fn from_toml(text: &str, folder: &Path) -> Result<Self> {
-        hysteron_base::size::check_at_most("bytes of the file", text.len(), convert::MOST_BYTES)?;
+        hysteron_base::size::check_at_most("bytes of the file", text.len(), convert::MAX_BYTES)?;
         let valid = convert::target(hysteron_base::schema::parse(text)?, folder)?;
         let hash = file::sha256_hex(format!("{text}{}", valid.outline_file).as_bytes());
         Ok(Self::timed(valid, hash))

@@ -3,7 +3,7 @@
 use hysteron_base::BadInput;
 
 /// Most points of an outline that may cross itself.
-pub(super) const MOST_CROSSING_POINTS: usize = 500_000;
+pub(super) const MAX_CROSSING_POINTS: usize = 500_000;
 
 /// A point relative to the robot's rest [m]; z is 0 where a target is planar.
 pub type Point = [f64; 3];

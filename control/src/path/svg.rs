@@ -7,7 +7,7 @@
 //! a drawing and up here. The arcs of a path (A) are kept within 0.03 % of their radius. Where on the page it stands
 //! says nothing: its bounding box is centred.
 
-use super::outline::{MOST_CROSSING_POINTS, Point};
+use super::outline::{MAX_CROSSING_POINTS, Point};
 use hysteron_base::BadInput;
 use hysteron_base::size::check_at_most;
 use kurbo::{Affine, BezPath, Circle, Ellipse, PathEl, RoundedRect, Shape};
@@ -26,12 +26,12 @@ const SHAPES: [&str; 7] = ["path", "polygon", "polyline", "circle", "ellipse", "
 /// few.
 const LARGEST: f64 = 1e7;
 /// Most lines and curves of a shape.
-const MOST_SEGMENTS: usize = 20_000;
+const MAX_SEGMENTS: usize = 20_000;
 /// Most elements of a drawing, and characters that its entities may stand for.
-const MOST_NODES: u32 = 200_000;
-const MOST_EXPANDED: usize = 1 << 20;
+const MAX_NODES: u32 = 200_000;
+const MAX_EXPANDED: usize = 1 << 20;
 /// Most attributes of an element, and elements in each other: the reader compares each with all.
-const MOST_ATTRIBUTES: usize = 1000;
+const MAX_ATTRIBUTES: usize = 1000;
 const DEEPEST: usize = 1000;
 /// Longest side of a drawing [m].
 const LONGEST_SIDE: f64 = 100.0;
@@ -42,7 +42,7 @@ const HIDDEN: [&str; 7] = ["defs", "symbol", "clipPath", "mask", "marker", "patt
 pub(super) fn read(text: &str) -> Check<(Vec<Point>, bool)> {
     check_markup(text)?;
     check_entities(text)?;
-    let options = ParsingOptions { allow_dtd: true, nodes_limit: MOST_NODES, ..ParsingOptions::default() };
+    let options = ParsingOptions { allow_dtd: true, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options)
         .map_err(|error| BadInput::new("SVG", "a well-formed drawing", error.to_string()))?;
     let root = document.root_element();
@@ -86,7 +86,7 @@ fn check_markup(text: &str) -> Check<()> {
         }
         deepest = depth.max(deepest);
     }
-    check_at_most("SVG: attributes of an element", attributes, MOST_ATTRIBUTES)?;
+    check_at_most("SVG: attributes of an element", attributes, MAX_ATTRIBUTES)?;
     check_at_most("SVG: elements in each other", deepest, DEEPEST)
 }
 
@@ -106,7 +106,7 @@ fn check_entities(text: &str) -> Check<()> {
         return Ok(());
     }
     let expanded = longest.saturating_mul(text.matches('&').count());
-    check_at_most("SVG: <!ENTITY>: characters they stand for", expanded, MOST_EXPANDED)
+    check_at_most("SVG: <!ENTITY>: characters they stand for", expanded, MAX_EXPANDED)
 }
 
 fn is_shape(node: &Node) -> bool {
@@ -177,7 +177,7 @@ fn path(shape: &Node) -> Check<BezPath> {
             let text = shape.attribute("points").unwrap_or_default();
             let mut path = BezPath::new();
             for (i, point) in PointsParser::from(text).enumerate() {
-                check_at_most(&place(shape, "points"), i + 1, MOST_CROSSING_POINTS)?;
+                check_at_most(&place(shape, "points"), i + 1, MAX_CROSSING_POINTS)?;
                 path.push(if i == 0 { PathEl::MoveTo(point.into()) } else { PathEl::LineTo(point.into()) });
             }
             if name == "polygon" && !path.is_empty() {
@@ -203,7 +203,7 @@ fn path(shape: &Node) -> Check<BezPath> {
 fn check_segments(shape: &Node, text: &str) -> Check<()> {
     let place = place(shape, "d");
     for (i, segment) in PathParser::from(text).enumerate() {
-        check_at_most(&place, i + 1, MOST_SEGMENTS)?;
+        check_at_most(&place, i + 1, MAX_SEGMENTS)?;
         // The reader that draws the path reports what it cannot read.
         let Ok(segment) = segment else { return Ok(()) };
         let numbers = match segment {
@@ -254,7 +254,7 @@ fn points(path: &BezPath) -> Check<(Vec<Point>, bool)> {
         PathEl::MoveTo(p) | PathEl::LineTo(p) => points.push([p.x - centre.x, p.y - centre.y, 0.0]),
         _ => is_closed = true,
     });
-    check_at_most("SVG: points of the shape", points.len(), MOST_CROSSING_POINTS)?;
+    check_at_most("SVG: points of the shape", points.len(), MAX_CROSSING_POINTS)?;
     Ok((points, is_closed))
 }
 

@@ -14,10 +14,10 @@ type Check<T> = std::result::Result<T, BadInput>;
 
 const FORMAT: (&str, i64) = ("hysteron-plan", 1);
 /// More than any plan has; keeps a slip of the hand from filling the memory, or the year.
-const MOST_SAMPLES: f64 = 1e7;
-const MOST_STROKES: f64 = 4e7;
-const MOST_TRAJECTORIES: usize = 10_000;
-const MOST_TENDONS: usize = 100;
+const MAX_SAMPLES: f64 = 1e7;
+const MAX_STROKES: f64 = 4e7;
+const MAX_TRAJECTORIES: usize = 10_000;
+const MAX_TENDONS: usize = 100;
 /// Longest stroke [mm] and fastest change [mm/s], in either direction.
 const LONGEST: f64 = 1e5;
 /// Rates at which a robot is commanded [Hz].
@@ -96,10 +96,10 @@ pub(super) fn plan(typed: schema::PlanFile, hash: String) -> Check<Plan> {
 
 fn angles(typed: &[f64]) -> Check<Vec<f64>> {
     const KEY: &str = "tendon_angles_deg";
-    if !(2..=MOST_TENDONS).contains(&typed.len()) {
+    if !(2..=MAX_TENDONS).contains(&typed.len()) {
         return Err(BadInput::new(
             KEY,
-            format!("2 to {MOST_TENDONS} angles"),
+            format!("2 to {MAX_TENDONS} angles"),
             format!("{} of them", typed.len()),
         ));
     }
@@ -217,13 +217,13 @@ fn vary_by(part: f64, motion: &mut Motion, seed: u64, name: &str) {
 }
 
 fn check_trajectories(n: usize) -> Check<()> {
-    check_at_most("trajectories", n, MOST_TRAJECTORIES)
+    check_at_most("trajectories", n, MAX_TRAJECTORIES)
 }
 
 /// The strokes of all trajectories fit into the memory.
 fn check_size(trajectories: &[Trajectory], n_tendons: usize) -> Check<()> {
     let n = trajectories.iter().map(|one| one.duration() * one.rate_hz + 1.0).sum::<f64>();
-    for (what, n, most) in [("samples", n, MOST_SAMPLES), ("strokes", n * n_tendons as f64, MOST_STROKES)] {
+    for (what, n, most) in [("samples", n, MAX_SAMPLES), ("strokes", n * n_tendons as f64, MAX_STROKES)] {
         if n > most {
             let expected = format!("at most {most:e} {what} in all");
             return Err(
@@ -252,9 +252,8 @@ fn check_sampling(trajectory: &Trajectory) -> Check<()> {
         return Err(BadInput::new(place, expected, format!("{swings:?}")));
     }
     let n = trajectory.duration() * rate_hz;
-    if n.is_nan() || n >= MOST_SAMPLES {
-        let (place, expected) =
-            (format!("trajectory.{name}"), format!("fewer than {MOST_SAMPLES:e} samples"));
+    if n.is_nan() || n >= MAX_SAMPLES {
+        let (place, expected) = (format!("trajectory.{name}"), format!("fewer than {MAX_SAMPLES:e} samples"));
         return Err(BadInput::new(place, expected, format!("{n:e}")).hint("times are in seconds"));
     }
     Ok(())

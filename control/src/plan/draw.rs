@@ -11,13 +11,13 @@ use hysteron_base::{BadInput, rng};
 use rand::RngExt;
 
 /// More than a person means.
-const MOST: i64 = 10_000;
+const MAX_COUNT: i64 = 10_000;
 
 /// The trajectories of the `index`-th draw of a plan with this seed, called NAME-1, NAME-2, …. Each has a random
 /// stream of its own, by its name.
 pub(super) fn drawn(index: usize, draw: &Draw, seed: u64) -> Result<Vec<Trajectory>, BadInput> {
     let key = |key: &str| format!("draw[{}].{key}", index + 1);
-    let n = count(&key("count"), draw.count, MOST)?;
+    let n = count(&key("count"), draw.count, MAX_COUNT)?;
     let ranges = [
         ("amplitude_mm", Some(draw.amplitude_mm)),
         ("period_s", Some(draw.period_s)),

@@ -30,7 +30,7 @@ const TARGET_POINTS: f64 = 2000.0;
 /// Rounding of a time, far below a sample [s].
 const ROUNDING: f64 = 1e-6;
 /// Most pairs of a sample of the target and one of the recording: some ten seconds of comparing.
-const MOST_PAIRS: usize = 2_000_000_000;
+const MAX_PAIRS: usize = 2_000_000_000;
 
 /// Which samples of a recording are the curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,8 +103,8 @@ impl Tracked {
         }
         let tracked = Self { time, points, laps, part };
         let (n_goal, n) = (target.curve().count(), tracked.curve().len());
-        if n_goal.saturating_mul(n) > MOST_PAIRS {
-            let expected = format!("at most {} samples for a target of {n_goal}", MOST_PAIRS / n_goal);
+        if n_goal.saturating_mul(n) > MAX_PAIRS {
+            let expected = format!("at most {} samples for a target of {n_goal}", MAX_PAIRS / n_goal);
             let bad = BadInput::new("recording", expected, n.to_string());
             return Err(bad.hint("each is compared with all of the target; a lower rate is enough"));
         }

@@ -48,7 +48,7 @@ fn edges(points: &[Point], curve: usize) -> impl Iterator<Item = Edge> + '_ {
 }
 
 /// More ends and crossings than two outlines have: a scribble encloses nothing that could be compared.
-const MOST_HEIGHTS: usize = 10_000_000;
+const MAX_HEIGHTS: usize = 10_000_000;
 
 /// Heights of all ends and crossings of edges (in order of their lower ends), in order; none where they are too many.
 fn heights(edges: &[Edge]) -> Option<Vec<f64>> {
@@ -57,7 +57,7 @@ fn heights(edges: &[Edge]) -> Option<Vec<f64>> {
     for edge in edges {
         active.retain(|earlier| earlier.high[1] > edge.low[1]);
         heights.extend(active.iter().filter_map(|earlier| crossing(earlier, edge)));
-        if heights.len() > MOST_HEIGHTS {
+        if heights.len() > MAX_HEIGHTS {
             return None;
         }
         active.push(*edge);

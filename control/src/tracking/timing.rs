@@ -5,7 +5,7 @@ use super::curve::{Point, distance};
 /// Largest lag that is looked for, either way [s].
 const LARGEST_LAG: f64 = 2.0;
 /// Part of the target's samples that a shifted path must still have.
-const FEWEST: f64 = 0.5;
+const MIN_PART: f64 = 0.5;
 
 /// Measured points over time.
 #[derive(Debug, Clone, Copy)]
@@ -38,7 +38,7 @@ pub fn aligned_rmse(target: Timed, path: Timed, shift: f64) -> Option<f64> {
     let pairs = target.time.iter().zip(target.points);
     let squares = pairs.filter_map(|(t, goal)| Some(distance(path.at(t + shift)?, *goal).powi(2)));
     let (sum, n) = squares.fold((0.0, 0usize), |(sum, n), square| (sum + square, n + 1));
-    (n > 0 && n as f64 >= FEWEST * target.time.len() as f64).then(|| (sum / n as f64).sqrt())
+    (n > 0 && n as f64 >= MIN_PART * target.time.len() as f64).then(|| (sum / n as f64).sqrt())
 }
 
 /// By how much the path comes later than the target [s]: the shift with the smallest [`aligned_rmse`], of those up to

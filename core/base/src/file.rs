@@ -15,9 +15,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// So begin and end the names of files that are being written; each is locked by the program that writes it.
 const TEMPORARY: (&str, &str) = (".hysteron-", ".tmp");
 /// Largest file that is read [byte].
-const MOST: u64 = 1 << 30;
+const MAX_BYTES: u64 = 1 << 30;
 /// Largest file of text that a person types [byte].
-const MOST_TEXT: u64 = 16 << 20;
+const MAX_TEXT: u64 = 16 << 20;
 
 /// Writes `path` through `content`, which is given a buffered writer. Parent folders are created.
 ///
@@ -211,7 +211,7 @@ fn too_large(path: &Path, most: u64, found: String) -> BadInput {
 /// # Errors
 /// As [`open`].
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
-    read_up_to(path, MOST)
+    read_up_to(path, MAX_BYTES)
 }
 
 /// The bytes of a regular file of at most `most` bytes.
@@ -245,7 +245,7 @@ pub fn read_head(path: &Path, n: usize) -> Result<Vec<u8>> {
 /// # Errors
 /// As [`open`], and `BadInput` naming the line if it is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
-    Ok(text_of(read_up_to(path, MOST_TEXT)?, &path.display().to_string())?)
+    Ok(text_of(read_up_to(path, MAX_TEXT)?, &path.display().to_string())?)
 }
 
 /// Takes bytes as UTF-8; `place` is named in the error.

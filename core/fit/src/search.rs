@@ -38,7 +38,7 @@ const QUICK_JACOBIANS: usize = 2;
 const PARTS: [f64; 3] = [1.0, 0.5, 0.25];
 /// Times that the spread of the residuals is estimated anew, by which priors are weighed, and the part of it that is
 /// worth another search [-].
-const MOST_ROUNDS: usize = 3;
+const MAX_ROUNDS: usize = 3;
 const SAME_SPREAD: f64 = 0.7;
 
 /// Residuals that belong together, each next to its neighbours.
@@ -123,7 +123,7 @@ impl<'a, E: Failure> Problem<'a, E> {
         spread: impl Fn(&[Vec<f64>], usize) -> Spread,
     ) -> Result<Found, E> {
         let mut found = self.search(start, free)?;
-        for _ in 1..MOST_ROUNDS {
+        for _ in 1..MAX_ROUNDS {
             if free.iter().all(|&k| self.parameters[k].prior.is_none()) {
                 break;
             }

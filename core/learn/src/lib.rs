@@ -35,8 +35,8 @@ mod transformer;
 
 pub use engine::{
     Adam, ChannelErrors, Decay, Ending, Epoch, FitReport, FitResult, Lbfgs, LeastSquares, LevenbergMarquardt,
-    MOST_EPOCHS, MOST_HIDDEN, MOST_ROWS, Model, Objective, ParameterVector, Penalty, Progress, Real,
-    Schedule, Session, Task, TensorShape, Training, fit, mean, mean_squared_error, minimise, warm_up_cosine,
+    MAX_EPOCHS, MAX_HIDDEN, MAX_ROWS, Model, Objective, ParameterVector, Penalty, Progress, Real, Schedule,
+    Session, Task, TensorShape, Training, fit, mean, mean_squared_error, minimise, warm_up_cosine,
 };
 pub use error::{Error, Result};
 pub use files::{Checkpoint, read_parameters, read_parameters_header, write_parameters};

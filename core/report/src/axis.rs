@@ -9,7 +9,7 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 use plotters::coord::types::RangedCoordf64;
 
 /// Fewest ticks of an axis.
-const FEWEST: usize = 3;
+const MIN_TICKS: usize = 3;
 /// Thinnest range over the largest value in it: doubles hold three digits more.
 const THINNEST: f64 = 1e-9;
 /// Largest and smallest range: their powers of ten are doubles.
@@ -119,7 +119,7 @@ fn step(low: f64, high: f64, most: usize) -> (u8, i32) {
     let all = (0..3).flat_map(|finer| [5, 2, 1].map(|factor| (factor, power - finer)));
     let counted: Vec<((u8, i32), usize)> = all
         .map(|(factor, power)| ((factor, power), count(low, high, f64::from(factor) * 10f64.powi(power))))
-        .filter(|(_, n)| *n >= FEWEST)
+        .filter(|(_, n)| *n >= MIN_TICKS)
         .collect();
     let finest = counted.iter().rev().find(|(_, n)| *n <= most);
     finest.or(counted.first()).map_or((1, power - 2), |(step, _)| *step)
@@ -166,7 +166,7 @@ mod tests {
     fn check(range: Range<f64>, most: usize) {
         let axis = Axis::new(&range, most);
         let labels = labels(range.clone(), most);
-        assert!(labels.len() >= FEWEST, "{range:?}, at most {most}: {labels:?}");
+        assert!(labels.len() >= MIN_TICKS, "{range:?}, at most {most}: {labels:?}");
         // The step before has less than three, so that the range is less than three of it; the next is 2.5 times finer.
         assert!(labels.len() <= most.max(8), "{range:?}, at most {most}: {labels:?}");
         for (k, label) in labels.iter().enumerate() {

@@ -59,7 +59,7 @@ const LEGEND_ROW: f64 = 20.0;
 /// Wider tiles are scrolled, not shrunk, where a window is narrow [px].
 const WIDE: f64 = 600.0;
 /// Width of a file at most, if no tile is wider, and air around [px].
-const MOST_WIDTH: f64 = 944.0;
+const MAX_WIDTH: f64 = 944.0;
 const AIR: f64 = 4.0;
 
 /// Registers the font that figures are measured with.
@@ -104,7 +104,7 @@ impl Layout {
     fn of(figure: &impl Figure) -> Self {
         let tiles = figure.tiles();
         let widest = tiles.iter().map(|[width, _]| *width).fold(0.0, f64::max);
-        let room = MOST_WIDTH.max(widest);
+        let room = MAX_WIDTH.max(widest);
         let mut places: Vec<([f64; 2], [f64; 2])> = Vec::new();
         let (mut x, mut y, mut height, mut width) = (0.0, 0.0, 0.0f64, 0.0f64);
         for tile in tiles {

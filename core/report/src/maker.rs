@@ -7,7 +7,7 @@ use hysteron_base::{BadInput, Recording, file, json};
 /// Bytes at the beginning of a file in which its maker is looked for.
 const HEAD: usize = 1 << 16;
 /// Largest file of JSON that is looked into for its maker [byte].
-const MOST_JSON: u64 = 64 << 20;
+const MAX_JSON: u64 = 64 << 20;
 /// So says a picture in XML that it is of this program.
 pub const SIGNATURE: &str = "<!-- generator: hysteron -->";
 /// All ways in which pictures and pages say it.
@@ -65,7 +65,7 @@ fn json(path: &Path, head: &[u8]) -> Option<serde_json::Value> {
     }
     let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
     let line = json::from_text(line).ok();
-    line.or_else(|| json::from_text(&file::read_up_to(path, MOST_JSON).ok()?).ok())
+    line.or_else(|| json::from_text(&file::read_up_to(path, MAX_JSON).ok()?).ok())
 }
 
 #[cfg(test)]

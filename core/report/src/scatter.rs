@@ -52,7 +52,7 @@ pub struct Marks {
 }
 
 /// Most dots of a cloud: more only fill the file.
-const MOST_DOTS: usize = 3000;
+const MAX_DOTS: usize = 3000;
 /// Width and height of a tile, and of one that stands alone [px].
 const TILE: [f64; 2] = [460.0, 300.0];
 const ALONE: [f64; 2] = [900.0, 340.0];
@@ -60,7 +60,7 @@ const ALONE: [f64; 2] = [900.0, 340.0];
 impl Marks {
     /// A cloud in the `k`-th colour, thinned evenly where it has too many dots.
     pub fn dots(name: impl Into<String>, k: usize, x: &[f64], y: &[f64]) -> Self {
-        let every = x.len().div_ceil(MOST_DOTS).max(1);
+        let every = x.len().div_ceil(MAX_DOTS).max(1);
         let points = x.iter().zip(y).step_by(every).map(|(x, y)| [*x, *y, 0.0]).collect();
         Self::new(name, k, Shape::Dots, points)
     }

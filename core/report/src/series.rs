@@ -15,7 +15,7 @@ pub const UNCORRECTED: RGBColor = COLORS[1];
 pub const TARGET: RGBColor = COLORS[4];
 
 /// Curves in one panel at most, so that their colours differ.
-const MOST_CURVES: usize = 6;
+const MAX_CURVES: usize = 6;
 
 /// Coordinates of a tip over time, with a name and a colour.
 pub struct Tip {
@@ -83,7 +83,7 @@ pub fn error_panel(reference: &Tip, tips: &[Tip]) -> TimePanel {
 
 /// Series of one quantity in as few panels as their colours allow: named `STEM 1`, ... in the legend.
 pub fn numbered_panels(label: &str, stem: &str, series: Vec<Vec<f64>>) -> Vec<TimePanel> {
-    let n_panels = series.len().div_ceil(MOST_CURVES).max(1);
+    let n_panels = series.len().div_ceil(MAX_CURVES).max(1);
     let in_each = series.len().div_ceil(n_panels).max(1);
     let curve = |(k, values): (usize, Vec<f64>)| Curve::new(format!("{stem} {}", k + 1), k % in_each, values);
     let curves: Vec<Curve> = series.into_iter().enumerate().map(curve).collect();

@@ -71,11 +71,11 @@ pub struct Tube {
     pub order: Order,
 }
 
-const MOST_DIVISIONS: u32 = 512;
-const MOST_NODES: usize = 5_000_000;
-const MOST_LAYERS: usize = 20_000;
-const MOST_CORNERS: usize = 1000;
-const MOST_CHANNELS: usize = 64;
+const MAX_DIVISIONS: u32 = 512;
+const MAX_NODES: usize = 5_000_000;
+const MAX_LAYERS: usize = 20_000;
+const MAX_CORNERS: usize = 1000;
+const MAX_CHANNELS: usize = 64;
 /// Memory per node of the mesh, its cells and what checks them, and as much again for the nodes between [bytes].
 const BYTES_PER_NODE: f64 = 1500.0;
 
@@ -97,8 +97,8 @@ impl Tube {
         let section = section::triangulate(&walls)?;
         let quadratic = if self.order == Order::Quadratic { 8 } else { 1 };
         let n_nodes = section.points.len().saturating_mul(levels.len()).saturating_mul(quadratic);
-        if n_nodes > MOST_NODES {
-            return Err(BadInput::new("tube", format!("at most {MOST_NODES} nodes"), n_nodes.to_string())
+        if n_nodes > MAX_NODES {
+            return Err(BadInput::new("tube", format!("at most {MAX_NODES} nodes"), n_nodes.to_string())
                 .hint(FEWER)
                 .into());
         }
@@ -118,10 +118,10 @@ impl Tube {
             Err(BadInput::new(format!("tube: {field}"), "a positive length", mm(value)))
         };
         let divisions = |field: &str, value: u32| {
-            if (3..=MOST_DIVISIONS).contains(&value) {
+            if (3..=MAX_DIVISIONS).contains(&value) {
                 return Ok(value as usize);
             }
-            Err(BadInput::new(format!("tube: {field}"), format!("3 to {MOST_DIVISIONS}"), value.to_string()))
+            Err(BadInput::new(format!("tube: {field}"), format!("3 to {MAX_DIVISIONS}"), value.to_string()))
         };
         let [first, _, ..] = self.profile[..] else {
             return Err(BadInput::new(
@@ -130,8 +130,8 @@ impl Tube {
                 self.profile.len().to_string(),
             ));
         };
-        check_at_most("tube: profile", self.profile.len(), MOST_CORNERS)?;
-        check_at_most("tube: channels", self.channels.len(), MOST_CHANNELS)?;
+        check_at_most("tube: profile", self.profile.len(), MAX_CORNERS)?;
+        check_at_most("tube: channels", self.channels.len(), MAX_CHANNELS)?;
         if first[0] != 0.0 {
             return Err(BadInput::new("tube: profile 0: z", "0 mm, the base", mm(first[0])));
         }
@@ -208,20 +208,20 @@ impl Tube {
                 for (low, high) in &links {
                     let n = ((high[0] - low[0]) / height * (1.0 - 1e-12)).ceil().max(1.0);
                     // Not a number fails here too.
-                    if !(height > 0.0 && n <= MOST_LAYERS as f64) {
-                        let expected = format!("at most {MOST_LAYERS}");
+                    if !(height > 0.0 && n <= MAX_LAYERS as f64) {
+                        let expected = format!("at most {MAX_LAYERS}");
                         return Err(BadInput::new("tube: layers", expected, format!("{n:.0}")).hint(FEWER));
                     }
                     counts.push(n as usize);
                 }
-                check_at_most("tube: layers", counts.iter().sum(), MOST_LAYERS)?;
+                check_at_most("tube: layers", counts.iter().sum(), MAX_LAYERS)?;
                 counts
             }
             Layers::Count(n) => {
-                if (n as usize) < links.len() || n as usize > MOST_LAYERS {
+                if (n as usize) < links.len() || n as usize > MAX_LAYERS {
                     return Err(BadInput::new(
                         "tube: layers",
-                        format!("{} to {MOST_LAYERS}, one for every link", links.len()),
+                        format!("{} to {MAX_LAYERS}, one for every link", links.len()),
                         n.to_string(),
                     ));
                 }

@@ -11,7 +11,7 @@ use hysteron_base::size::check_at_most;
 use super::delaunay;
 
 /// Most points of a section: each is compared with all triangles so far.
-const MOST_POINTS: usize = 6000;
+const MAX_POINTS: usize = 6000;
 
 /// How fast triangles may grow away from a wall: length per length \[-\].
 const GROWTH: f64 = 0.25;
@@ -88,7 +88,7 @@ pub(super) fn triangulate(walls: &Walls) -> Result<Section, BadInput> {
         - walls.channels.iter().map(|c| polygon_area(walls.channel_divisions, c.1)).sum::<f64>();
 
     fill(walls, &circles, &mut points);
-    check_at_most("tube: points of the cross-section", points.len(), MOST_POINTS)
+    check_at_most("tube: points of the cross-section", points.len(), MAX_POINTS)
         .map_err(|bad| bad.hint("use fewer divisions, or a longer edge"))?;
     hole.resize(points.len(), 0);
 
@@ -163,7 +163,7 @@ fn fill(walls: &Walls, circles: &[Circle], points: &mut Vec<[f64; 2]>) {
         if clear && apart() {
             points.push(p);
         }
-        if points.len() > MOST_POINTS {
+        if points.len() > MAX_POINTS {
             return;
         }
     }

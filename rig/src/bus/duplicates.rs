@@ -14,7 +14,7 @@ const OWN: (u16, u16) = (xl430::REALTIME_TICK.address, 27);
 /// Questions to a servo whose first answer was damaged.
 const QUESTIONS: usize = 5;
 /// Of so many answers this many count as every one: chance leaves a collision whole, and a busy computer an answer late.
-const MOST_DAMAGED: usize = 4;
+const MAX_DAMAGED: usize = 4;
 /// Beyond the usual time of an answer: who is there is asked once, of a computer that may be busy.
 const PATIENCE: Duration = Duration::from_millis(50);
 
@@ -58,8 +58,8 @@ impl ServoBus {
             }
         }
         Ok(match (n_several, n_damaged, n_silent) {
-            (MOST_DAMAGED.., ..) => Presence::Several,
-            (several, damaged, _) if several + damaged >= MOST_DAMAGED => Presence::Damaged,
+            (MAX_DAMAGED.., ..) => Presence::Several,
+            (several, damaged, _) if several + damaged >= MAX_DAMAGED => Presence::Damaged,
             (.., QUESTIONS) => Presence::Silent,
             _ => Presence::Alone,
         })

@@ -28,7 +28,7 @@ const REST: f64 = 1.0;
 /// Load with which no tendon is let out [-]: the friction of a servo takes a few hundredths.
 const WRONG_WAY: f64 = 0.2;
 /// Least motion of the tip when a tendon is pulled by 1 [-].
-const LEAST_MOTION: f64 = 0.1;
+const MIN_MOTION: f64 = 0.1;
 /// A corner explains this part of what a level line leaves of the loads, or there is none [-].
 const CORNER: f64 = 0.5;
 
@@ -243,11 +243,11 @@ impl Search<'_> {
 fn check_motion(moved: &[[f64; 3]], probe: f64) -> Moved<()> {
     let length = |motion: &[f64; 3]| motion.iter().map(|x| x * x).sum::<f64>().sqrt();
     let furthest = moved.iter().map(length).fold(0.0, f64::max);
-    if furthest >= LEAST_MOTION * probe {
+    if furthest >= MIN_MOTION * probe {
         return Ok(());
     }
     let expected =
-        format!("{:.2} mm at least for tendons pulled by {:.1} mm", 1e3 * LEAST_MOTION * probe, 1e3 * probe);
+        format!("{:.2} mm at least for tendons pulled by {:.1} mm", 1e3 * MIN_MOTION * probe, 1e3 * probe);
     let found = format!("{:.4} mm at most", 1e3 * furthest);
     let hint = "does the tracker send metres instead of millimetres? is the sensor at the tip? `hysteron rig check` looks at the \
                 tracker";

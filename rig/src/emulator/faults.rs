@@ -27,7 +27,7 @@ const LAST_ID: u8 = 252;
 /// Latest that a fault comes, and longest that it lasts: a year [s].
 const LONGEST: f64 = 31_536_000.0;
 /// Most packets that one fault may concern.
-const MOST_PACKETS: u32 = 1_000_000;
+const MAX_PACKETS: u32 = 1_000_000;
 
 /// Kind of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -234,7 +234,7 @@ impl Fault {
             return Err(BadInput::new("servo", format!("an id from 0 to {LAST_ID}"), id.to_string()));
         }
         if let Some(count) = self.count {
-            schema::count("count", i64::from(count), i64::from(MOST_PACKETS))?;
+            schema::count("count", i64::from(count), i64::from(MAX_PACKETS))?;
         }
         self.duration_s.map_or(Ok(0.0), |x| schema::positive("duration_s", x))?;
         within("duration_s", self.duration_s, 0.0, LONGEST)?;

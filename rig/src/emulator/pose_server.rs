@@ -10,7 +10,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 
 /// Most bytes that wait for a slow client.
-const MOST_PENDING: usize = 64 * 1024;
+const MAX_PENDING: usize = 64 * 1024;
 /// Displacement of a tracker that sends poses from elsewhere [m].
 const ELSEWHERE: f64 = 0.1;
 
@@ -166,7 +166,7 @@ impl PoseServer {
     pub fn send_bytes(&mut self, bytes: &[u8]) {
         self.poll();
         for client in &mut self.clients {
-            if client.pending.len() + bytes.len() <= MOST_PENDING {
+            if client.pending.len() + bytes.len() <= MAX_PENDING {
                 client.pending.extend_from_slice(bytes);
             }
         }

@@ -83,7 +83,7 @@ pub struct Heat {
 
 impl Heat {
     /// Most readings that are kept.
-    const MOST: usize = 240;
+    const MAX_READINGS: usize = 240;
 
     /// Takes a reading of all servos; one in which a servo did not answer is left out.
     pub fn add(&mut self, time: f64, servos: &[Option<SlowSample>]) {
@@ -94,7 +94,7 @@ impl Heat {
         self.since = 0;
         let temperatures = servos.iter().flatten().map(|servo| servo.temperature);
         self.rows.push([time].into_iter().chain(temperatures).collect());
-        if self.rows.len() == Self::MOST {
+        if self.rows.len() == Self::MAX_READINGS {
             let mut is_kept = false;
             self.rows.retain(|_| {
                 is_kept = !is_kept;
@@ -253,7 +253,11 @@ mod tests {
             heat.add(f64::from(i), &[Some(warm), if i == 0 { None } else { Some(warm) }]);
         }
         heat.begin_at(1.0);
-        assert!((Heat::MOST / 3..Heat::MOST).contains(&heat.rows.len()), "{}", heat.rows.len());
+        assert!(
+            (Heat::MAX_READINGS / 3..Heat::MAX_READINGS).contains(&heat.rows.len()),
+            "{}",
+            heat.rows.len()
+        );
         assert!(heat.rows[0][0] < 100.0 && heat.rows.last().is_some_and(|row| row[0] > 4900.0));
         assert!(
             heat.rows.iter().all(|row| row.len() == 3 && (row[1] - 25.001 - 0.001 * row[0]).abs() < 1e-9)

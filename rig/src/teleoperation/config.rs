@@ -19,7 +19,7 @@ const VERSION: i64 = 1;
 /// Rates at which an arm can be led [Hz].
 const RATES_HZ: (f64, f64) = (5.0, 200.0);
 /// Most joints with the gripper, and so servos on a bus.
-const MOST_JOINTS: usize = 16;
+const MAX_JOINTS: usize = 16;
 /// Furthest that a joint turns either way, as typed [degrees].
 const FURTHEST_DEG: f64 = 720.0;
 /// Fastest that a goal moves, as typed [degrees/s].
@@ -212,8 +212,8 @@ fn follower(typed: &schema::Follower, folder: &Path) -> Check<ServoConfig> {
 }
 
 fn joints(typed: &[schema::Joint]) -> Check<Vec<JointConfig>> {
-    if !(1..=MOST_JOINTS).contains(&typed.len()) {
-        let expected = format!("1 to {MOST_JOINTS} of [[joint]]");
+    if !(1..=MAX_JOINTS).contains(&typed.len()) {
+        let expected = format!("1 to {MAX_JOINTS} of [[joint]]");
         return Err(BadInput::new("joint", expected, typed.len().to_string()));
     }
     let mut joints: Vec<JointConfig> = Vec::new();

@@ -25,7 +25,7 @@ const AGREE: usize = 5;
 /// Time over which they must arrive [s]: what was held up in the network arrives all at once.
 const SETTLE: f64 = 0.1;
 /// Most messages kept in the window.
-const MOST: usize = 4096;
+const MAX_MESSAGES: usize = 4096;
 
 /// Maps one clock to the other.
 #[derive(Debug, Clone)]
@@ -73,7 +73,9 @@ impl ClockMap {
             self.lowest.pop_back();
         }
         self.lowest.push_back((arrival, key));
-        while self.lowest.len() > MOST || self.lowest.front().is_some_and(|&(at, _)| at < arrival - WINDOW) {
+        while self.lowest.len() > MAX_MESSAGES
+            || self.lowest.front().is_some_and(|&(at, _)| at < arrival - WINDOW)
+        {
             self.lowest.pop_front();
         }
         self.estimate(arrival).map(|estimate| device + estimate - self.latency)

@@ -10,9 +10,9 @@ use crate::{Event, EventKind, Pose, Quality};
 use std::collections::VecDeque;
 
 /// Most poses and events that wait to be taken; beyond, the oldest are lost and counted.
-const MOST: usize = 16 * 1024;
+const MAX_QUEUED: usize = 16 * 1024;
 /// Most names of other tools that are remembered.
-const MOST_NAMES: usize = 16;
+const MAX_NAMES: usize = 16;
 /// Longest that a repeated pose is held back, and the part of the time without poses that is no fault yet [s, -].
 const HOLD: (f64, f64) = (0.15, 0.5);
 /// Shortest time between two events of a kind that can come with every message [s].
@@ -174,7 +174,7 @@ impl Intake {
     fn tool(&mut self, name: &str, pose: &ToolPose, stamp: Option<f64>, arrival: f64) {
         if *self.device.get_or_insert_with(|| name.to_owned()) != name {
             self.counts.skipped += 1;
-            if self.others.len() < MOST_NAMES && !self.others.iter().any(|other| other == name) {
+            if self.others.len() < MAX_NAMES && !self.others.iter().any(|other| other == name) {
                 self.others.push(name.to_owned());
             }
             return;
@@ -227,7 +227,7 @@ impl Intake {
             }
         }
         self.last_quality = pose.quality;
-        if self.poses.len() >= MOST {
+        if self.poses.len() >= MAX_QUEUED {
             self.poses.pop_front();
             self.counts.overflowed += 1;
         }
@@ -241,7 +241,7 @@ impl Intake {
 
     /// Adds an event at `now` [s].
     pub fn tell(&mut self, now: f64, kind: EventKind, message: String) {
-        if self.events.len() >= MOST {
+        if self.events.len() >= MAX_QUEUED {
             self.events.pop_front();
         }
         self.events.push_back(Event { time_s: now, kind, servo: None, message });

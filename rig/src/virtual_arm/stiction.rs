@@ -28,14 +28,14 @@ pub struct Balance {
 pub type Statuses = [f64; N_SPEEDS];
 
 /// Changes of statuses before coordinate descent is asked.
-const MOST_CHANGES: usize = 8;
+const MAX_CHANGES: usize = 8;
 /// Sweeps of coordinate descent in the first and in the last attempt.
 const SWEEPS: [usize; 3] = [20, 200, 2000];
 
 impl Balance {
     /// The speeds; `statuses` are a first guess, and then those found.
     pub fn solve(&self, statuses: &mut Statuses) -> [f64; N_SPEEDS] {
-        for _ in 0..MOST_CHANGES {
+        for _ in 0..MAX_CHANGES {
             let speeds = self.sliding(statuses);
             let found = self.found(statuses, &speeds);
             if found == *statuses {

@@ -82,10 +82,10 @@ impl VirtualArm {
 /// Lets the arm come to rest where the leader starts.
 fn settle(world: &mut ArmWorld, goals: &[f64; N_SERVOS]) {
     /// Longer than any arm swings [s].
-    const MOST: f64 = 2.0;
+    const MAX_SWING: f64 = 2.0;
     world.goals = goals.map(Some);
     world.push = Vector3::zeros();
-    let until = world.time() + MOST;
+    let until = world.time() + MAX_SWING;
     while world.time() < until {
         world.step();
     }

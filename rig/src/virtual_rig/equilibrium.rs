@@ -11,10 +11,10 @@ const ACCURACY: f64 = 1e-9;
 const LAST_RESORT: f64 = 1e-5;
 /// A factor is used again while every iteration takes the residual below this part of itself.
 const KEPT_BELOW: f64 = 0.2;
-const MOST_ITERATIONS: usize = 40;
-const MOST_HALVINGS: usize = 8;
+const MAX_ITERATIONS: usize = 40;
+const MAX_HALVINGS: usize = 8;
 /// Substeps of a step that fails, at most two to the power of this.
-const MOST_SPLITS: u32 = 6;
+const MAX_SPLITS: u32 = 6;
 
 /// Cost and outcome of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -40,9 +40,9 @@ impl Body {
             self.commit(pulled, h);
             return report;
         }
-        for splits in 1..=MOST_SPLITS {
+        for splits in 1..=MAX_SPLITS {
             let n = 1usize << splits;
-            let is_last = splits == MOST_SPLITS;
+            let is_last = splits == MAX_SPLITS;
             if self.divided(pulled, h, n, is_last, &mut report) {
                 break;
             }
@@ -89,7 +89,7 @@ impl Body {
             self.restore();
             norm = self.evaluate(pulled);
         }
-        for _ in 0..MOST_ITERATIONS {
+        for _ in 0..MAX_ITERATIONS {
             if norm <= ACCURACY * unit {
                 return true;
             }
@@ -104,7 +104,7 @@ impl Body {
             }
             self.work.direction.copy_from_slice(&self.work.residual);
             self.work.lu.solve(&mut self.work.direction);
-            let most_halvings = if is_fresh { MOST_HALVINGS } else { 1 };
+            let most_halvings = if is_fresh { MAX_HALVINGS } else { 1 };
             let next = self.search(pulled, norm, most_halvings, report);
             // An old factor is kept while it serves, a new one only if it serves at once.
             self.work.has_factor = self.use_of_factor != Factors::AlwaysNew

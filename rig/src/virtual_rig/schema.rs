@@ -11,8 +11,8 @@ use serde::Deserialize;
 const FORMAT: &str = "hysteron-virtual-rig";
 const VERSION: i64 = 1;
 /// More than the rod needs for any purpose here.
-const MOST_SECTIONS: i64 = 64;
-const MOST_TENDONS: usize = 16;
+const MAX_SECTIONS: i64 = 64;
+const MAX_TENDONS: usize = 16;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -125,8 +125,8 @@ impl RobotFile {
             return Err(BadInput::new("name", "a name", format!("{:?}", self.name)));
         }
         let n = self.tendons.angles_deg.len();
-        if !(1..=MOST_TENDONS).contains(&n) {
-            let expected = format!("1 to {MOST_TENDONS} tendons");
+        if !(1..=MAX_TENDONS).contains(&n) {
+            let expected = format!("1 to {MAX_TENDONS} tendons");
             return Err(BadInput::new("tendons.angles_deg", expected, n.to_string()));
         }
         Ok(VirtualRobot {
@@ -142,9 +142,9 @@ impl RobotFile {
 
 fn body(typed: Body) -> Check<BodyParameters> {
     let n_sections = match usize::try_from(typed.sections) {
-        Ok(n) if (1..=MOST_SECTIONS).contains(&typed.sections) => n,
+        Ok(n) if (1..=MAX_SECTIONS).contains(&typed.sections) => n,
         _ => {
-            let expected = format!("a whole number from 1 to {MOST_SECTIONS}");
+            let expected = format!("a whole number from 1 to {MAX_SECTIONS}");
             return Err(BadInput::new("body.sections", expected, typed.sections.to_string()));
         }
     };

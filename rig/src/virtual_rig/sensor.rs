@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use std::collections::VecDeque;
 
 /// Poses kept for someone who does not take them; older ones are lost.
-const MOST_WAITING: usize = 4096;
+const MAX_WAITING: usize = 4096;
 
 /// A pose on its way from the tracker to whoever listens.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -97,7 +97,7 @@ impl Tracker {
             quaternion_product(quaternion_of(turned), quaternion_product(self.rotation, orientation));
         let sent_at =
             (self.next + p.latency + jitter).max(self.queue.back().map_or(0.0, |last| last.sent_at));
-        if self.queue.len() == MOST_WAITING {
+        if self.queue.len() == MAX_WAITING {
             self.queue.pop_front();
         }
         self.queue.push_back(TrackedPose {

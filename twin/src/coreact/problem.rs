@@ -31,7 +31,7 @@ pub enum Bound {
 const NEGLIGIBLE: f64 = 1e-6;
 
 /// Times a problem is posed again because tendons or friction points have changed the active set.
-const MOST_CONTACTS: usize = 8;
+const MAX_CONTACTS: usize = 8;
 /// Smallest step length towards a solution, where longer steps lead no nearer [-].
 const SMALLEST_PART: f64 = 1.0 / 16.0;
 
@@ -206,7 +206,7 @@ impl Problem {
         };
         let mut follow = self.follow(at, DVector::zeros(n_aux))?;
         let mut status = QpStatus::Solved;
-        for _ in 0..MOST_CONTACTS {
+        for _ in 0..MAX_CONTACTS {
             let response = self.response(at, &follow.active_set)?;
             let answer;
             (answer, status) = self.solve_strokes(response, &cost, sample);

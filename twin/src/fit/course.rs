@@ -33,11 +33,11 @@ pub struct Course {
 }
 
 /// Fewest compared samples of a motion.
-const FEWEST: usize = 8;
+const MIN_SAMPLES: usize = 8;
 /// Part of a step by which a stroke must go back to count as one that turns [-].
 const TURNED: f64 = 0.2;
 /// Part of a step by which a stroke must have moved before it turned back: less is noise [-].
-const GONE: f64 = 0.02;
+const MIN_STROKE_PART: f64 = 0.02;
 
 impl Course {
     /// Chooses samples of `motion`, at most `most`; filled-in ones are passed and not compared.
@@ -57,8 +57,8 @@ impl Course {
             }
         }
         let n = tips.iter().flatten().count();
-        if n < FEWEST {
-            let expected = format!("at least {FEWEST} rows between which robot and tip move");
+        if n < MIN_SAMPLES {
+            let expected = format!("at least {MIN_SAMPLES} rows between which robot and tip move");
             let hint = "rows count that differ by --every-mm from the one before and are no gap";
             return Err(BadInput::new(format!("{}: recording", motion.name), expected, n.to_string())
                 .hint(hint)
@@ -113,7 +113,7 @@ fn next(motion: &Motion, from: usize, step: f64) -> Option<usize> {
                 if way > extreme.0 {
                     *extreme = (way, sample);
                 }
-                let turns_back = extreme.0 - way > TURNED * step && extreme.0 > GONE * step;
+                let turns_back = extreme.0 - way > TURNED * step && extreme.0 > MIN_STROKE_PART * step;
                 if turns_back {
                     return Some(extreme.1);
                 }

@@ -82,7 +82,7 @@ const OTHER_STARTS: [f64; 2] = [0.05, 0.5];
 /// Quantities of friction.
 const FRICTION: [&str; 5] = ["coefficient", "coulomb", "sheath_exponent", "sheath_coulomb", "backlash"];
 /// Times that gravity may turn to another axis of the scene.
-const MOST_TURNS: usize = 3;
+const MAX_TURNS: usize = 3;
 
 /// Fits `selected` so that the twin's tip follows the measured one through `motions`, without auxiliary
 /// tendons: their effect is what a fit is to explain. Where the direction of gravity is selected, all axes of
@@ -226,7 +226,7 @@ impl<'a> Levels<'a> {
         let before = self.fine.answer(self.given)?;
         let start = self.begin()?;
         let mut fit = self.search(&start)?;
-        for _ in 0..MOST_TURNS {
+        for _ in 0..MAX_TURNS {
             let Some(gravity) = self.other_gravity(&fit)? else { break };
             let last = (self.scene.gravity, self.selected.clone());
             let values = fit.values();

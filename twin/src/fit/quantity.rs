@@ -132,8 +132,8 @@ fn change(scene: &mut Scene, to: impl FnOnce(&mut Friction)) {
 
 /// Without compliance [m/N], or a share of it [-], before it there is no friction of a sheath: neither goes below this
 /// unless the scene has less.
-const LEAST_COMPLIANCE: f64 = 1e-9;
-const LEAST_SHARE: f64 = 0.02;
+const MIN_COMPLIANCE: f64 = 1e-9;
+const MIN_SHARE: f64 = 0.02;
 
 /// All of them.
 #[rustfmt::skip] // a table
@@ -163,7 +163,7 @@ pub const QUANTITIES: [Quantity; 15] = [
         bounds: |_| within(-3e-3, 3e-3),
         get: |s, _| Some(mean(s, |t| t.zero)), set: |s, _, v| s.tendons.iter_mut().for_each(|t| t.zero = v) },
     Quantity { name: "compliance", key: ("compliance_mm_per_n", 1e3), scale: Scale::Linear, width: 0.05e-3, of: Of::Robot,
-        bounds: |s| within(LEAST_COMPLIANCE.min(mean(s, |t| t.compliance)), 0.5e-3),
+        bounds: |s| within(MIN_COMPLIANCE.min(mean(s, |t| t.compliance)), 0.5e-3),
         get: |s, _| Some(mean(s, |t| t.compliance)), set: |s, _, v| s.tendons.iter_mut().for_each(|t| t.compliance = v) },
     Quantity { name: "coefficient", key: ("coefficient", 1.0), scale: Scale::Linear, width: 0.2, of: Of::Robot,
         bounds: |_| within(0.0, 0.6),
@@ -178,7 +178,7 @@ pub const QUANTITIES: [Quantity; 15] = [
         bounds: |_| within(0.0, 3.0),
         get: |s, _| Some(in_sheath(s)?.sheath_coulomb), set: |s, _, v| change(s, |f| f.sheath_coulomb = v) },
     Quantity { name: "sheath_compliance_share", key: ("sheath_compliance_share", 1.0), scale: Scale::Linear, width: 0.3, of: Of::Robot,
-        bounds: |_| within(LEAST_SHARE, 1.0),
+        bounds: |_| within(MIN_SHARE, 1.0),
         get: |s, _| Some(in_sheath(s)?.sheath_compliance_share), set: |s, _, v| change(s, |f| f.sheath_compliance_share = v) },
     Quantity { name: "backlash", key: ("backlash_mm", 1e3), scale: Scale::Linear, width: 0.3e-3, of: Of::Robot,
         bounds: |_| within(0.0, 1e-3),

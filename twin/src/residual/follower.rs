@@ -64,7 +64,7 @@ const FEEDBACK: f64 = 0.25;
 /// Part of the largest command at which its effect on the tip is measured: past slack, before large bends.
 const PROBED: f64 = 0.5;
 /// Most samples of the way from the largest command to none.
-const MOST_HOME: f64 = 1e6;
+const MAX_HOME: f64 = 1e6;
 /// Steps of the probe: small enough for the fast iteration.
 const PROBE_STEPS: usize = 50;
 
@@ -86,8 +86,8 @@ impl<'a> Steering<'a> {
         }
         // The way home goes at the largest rate.
         let n_home = limits.stroke / (limits.rate * duration);
-        if n_home > MOST_HOME {
-            let least = limits.stroke / (MOST_HOME * duration);
+        if n_home > MAX_HOME {
+            let least = limits.stroke / (MAX_HOME * duration);
             let found = format!("{:e} mm/s", 1e3 * limits.rate);
             return Err(
                 BadInput::new("largest rate", format!("at least {:.1e} mm/s", 1e3 * least), found).into()

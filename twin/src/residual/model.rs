@@ -62,7 +62,7 @@ pub struct ResidualModel {
 const KIND: &str = "residual";
 
 /// Most tendons or samples of a window that are accepted, so that products of sizes cannot overflow.
-const MOST: usize = 1 << 16;
+const MAX_SIZE: usize = 1 << 16;
 
 /// Largest difference of a sample's duration from that of the training.
 const SAME_STEP: f64 = 0.01;
@@ -124,8 +124,8 @@ impl ResidualModel {
             Design::Windowed { window } => vec![("window", *window)],
         };
         for (part, size) in [("n_aux", self.n_aux)].into_iter().chain(sizes) {
-            if !(1..=MOST).contains(&size) {
-                return Err(BadInput::new(part, format!("1 to {MOST}"), size.to_string()));
+            if !(1..=MAX_SIZE).contains(&size) {
+                return Err(BadInput::new(part, format!("1 to {MAX_SIZE}"), size.to_string()));
             }
         }
         let channels = |expected: String| {

@@ -36,8 +36,8 @@ const AT_REST: f64 = 2e-5;
 /// Samples on either side in which a tendon must be slack to count as slack.
 const SLACK: usize = 15;
 /// Fewest pairs of samples, and known changes of force, that a parameter is fitted to.
-const FEWEST_PAIRS: usize = 200;
-const FEWEST_JUMPS: usize = 5;
+const MIN_PAIRS: usize = 200;
+const MIN_JUMPS: usize = 5;
 /// Change of a known force that counts as a jump [N]; its effect is a mean over this time after it less one over a time before [s].
 const JUMP: f64 = 0.03;
 const AFTER_JUMP: [f64; 2] = [0.08, 0.18];
@@ -171,7 +171,7 @@ fn stiffness(known: &[KnownForce], period: f64) -> Option<(f64, f64)> {
             i += 1;
         }
     }
-    if jumps.len() < FEWEST_JUMPS {
+    if jumps.len() < MIN_JUMPS {
         return None;
     }
     let square: f64 = jumps.iter().map(|(said, _)| said.norm_squared()).sum();
@@ -228,8 +228,8 @@ fn tip_errors(free: &[Observed], period: f64) -> Check<TipErrors> {
     let changes = Changes::of(free, period);
     let at_rest = |lag: f64| changes.mean(|path, of| path < AT_REST && of == lag);
     let ((short, n_short), (long, n_long)) = (at_rest(LAGS[0]), at_rest(LAGS[3]));
-    if n_short.min(n_long) < FEWEST_PAIRS {
-        let expected = format!("at least {FEWEST_PAIRS} samples at rest, half a second long");
+    if n_short.min(n_long) < MIN_PAIRS {
+        let expected = format!("at least {MIN_PAIRS} samples at rest, half a second long");
         return Err(BadInput::new("recordings without contact", expected, n_long.to_string())
             .hint("record motions with holds between them"));
     }
@@ -242,7 +242,7 @@ fn tip_errors(free: &[Observed], period: f64) -> Check<TipErrors> {
         .windows(2)
         .filter_map(|edge| {
             let (mean, n) = changes.mean(|path, _| (edge[0]..edge[1]).contains(&path));
-            (n >= FEWEST_PAIRS).then_some(((edge[0] * edge[1]).sqrt(), mean, n))
+            (n >= MIN_PAIRS).then_some(((edge[0] * edge[1]).sqrt(), mean, n))
         })
         .collect();
     if bins.len() < 3 {

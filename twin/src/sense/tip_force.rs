@@ -91,12 +91,12 @@ const SPEED: f64 = 0.1;
 /// Speeds of the tendons [m/s] between the classes.
 const SPEEDS: [f64; 3] = [1e-4, 1e-3, 2e-3];
 /// Statistic from which on a change during a contact is explained [-].
-const REMARKABLE: f64 = 3.5;
+const MIN_CHANGE_STATISTIC: f64 = 3.5;
 /// -ln of how likely it is within one window that a force goes, and that it becomes another.
-const GONE: f64 = 4.0;
-const ANOTHER: f64 = 7.0;
+const FORCE_REMOVAL_COST_NATS: f64 = 4.0;
+const FORCE_CHANGE_COST_NATS: f64 = 7.0;
 /// Degrees of freedom of changes of b.
-const FREEDOM: f64 = 4.0;
+const CHANGE_DEGREES_OF_FREEDOM: f64 = 4.0;
 /// A contact is over, too, where its force and its standard error are together below this [N].
 const NO_FORCE: f64 = 0.04;
 
@@ -293,7 +293,7 @@ impl TipForceFilter {
                 self.take_back(change, &fresh(response));
                 self.is_contact = true;
             }
-        } else if change.statistic > REMARKABLE {
+        } else if change.statistic > MIN_CHANGE_STATISTIC {
             match self.explanation(change, response) {
                 Explanation::ForceGone => {
                     self.take_back(change, &Matrix3::zeros());
@@ -339,10 +339,12 @@ impl TipForceFilter {
                 covariance.try_inverse().map_or(f64::INFINITY, |inverse| size.dot(&(inverse * size)));
             -0.5 * (square + log_of(covariance))
         };
-        let model = -0.5 * (FREEDOM + 3.0) * (change.statistic.powi(2) / FREEDOM).ln_1p()
+        let model = -0.5
+            * (CHANGE_DEGREES_OF_FREEDOM + 3.0)
+            * (change.statistic.powi(2) / CHANGE_DEGREES_OF_FREEDOM).ln_1p()
             - 0.5 * log_of(&change.usual);
-        let gone = normal(change.size + held, &gone) - GONE;
-        let another = normal(change.size, &another) - ANOTHER;
+        let gone = normal(change.size + held, &gone) - FORCE_REMOVAL_COST_NATS;
+        let another = normal(change.size, &another) - FORCE_CHANGE_COST_NATS;
         if gone > model && gone >= another {
             Explanation::ForceGone
         } else if another > model {

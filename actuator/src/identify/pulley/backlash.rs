@@ -22,11 +22,11 @@ const REST: [usize; 2] = [4, 10];
 /// Standard errors that a drift must be away from none.
 const SURE: f64 = 4.0;
 /// Fewest samples beyond the corner.
-const FEWEST: usize = 3;
+const MIN_SAMPLES: usize = 3;
 /// Places at which the corner is tried.
 const PLACES: usize = 400;
 /// Fewest reversals from which a width is estimated.
-pub const FEWEST_REVERSALS: usize = 4;
+pub const MIN_REVERSALS: usize = 4;
 
 /// A reversal of a pulley on a taut tendon.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,8 +71,8 @@ pub fn identify_backlash(records: &[PulleyRecord]) -> Result<Backlash, BadInput>
         record.tension.map_or_else(Vec::new, |tension| reversals(k, record.angle, tension, TAUT * largest))
     };
     let found: Vec<Reversal> = records.iter().enumerate().flat_map(of).collect();
-    if found.len() < FEWEST_REVERSALS {
-        let expected = format!("{FEWEST_REVERSALS} reversals or more on a taut tendon");
+    if found.len() < MIN_REVERSALS {
+        let expected = format!("{MIN_REVERSALS} reversals or more on a taut tendon");
         return refused(&expected, found.len().to_string()).map_err(|bad| {
             bad.hint("record motion to and fro in which the tendon stays taut where it turns")
         });
@@ -154,7 +154,7 @@ fn corner(course: &[[f64; 2]]) -> Option<(f64, f64)> {
     };
     let beyond = |width: f64| course.iter().filter(|[u, _]| *u > width).count();
     let places = (0..PLACES).map(|k| way * k as f64 / PLACES as f64);
-    let places = places.filter(|b| beyond(*b) >= FEWEST);
+    let places = places.filter(|b| beyond(*b) >= MIN_SAMPLES);
     let tried = places.map(|b| (fit(b), b));
     let ((_, stiffness), width) = tried.min_by(|a, b| a.0.0.total_cmp(&b.0.0))?;
     (stiffness > 0.0).then_some((width, stiffness))

@@ -39,7 +39,7 @@ pub struct PulleyFit {
 }
 
 /// Fewest samples of either direction.
-const FEWEST: usize = 200;
+const MIN_SAMPLES: usize = 200;
 /// Largest factor between the load scale and the data sheet's.
 const FACTOR: f64 = 20.0;
 /// Longest that a load may lag by, either way [s].
@@ -130,8 +130,8 @@ fn check_motion(samples: &SteadySamples, where_: &str) -> Result<(), BadInput> {
     let [load, velocity] = [&samples.load, &samples.velocity];
     let one_way = |sign: f64| velocity.iter().filter(|v| sign * **v > 0.0).count();
     for (n, direction) in [(one_way(1.0), "pulling"), (one_way(-1.0), "releasing")] {
-        if n < FEWEST {
-            let expected = format!("at least {FEWEST} samples of steady motion, {direction}{where_}");
+        if n < MIN_SAMPLES {
+            let expected = format!("at least {MIN_SAMPLES} samples of steady motion, {direction}{where_}");
             return Err(BadInput::new("friction", expected, n.to_string())
                 .hint("record a plan of some minutes in which every tendon is pulled and goes slack, such as `paper`"));
         }

@@ -17,14 +17,14 @@ const WIDTHS: f64 = 3.0;
 /// Samples on either side within which none may lie off the edge: a tension that passes through zero is no slack tendon.
 const NEAR: usize = 15;
 /// Fewest samples whose mode is sought.
-const FEWEST: usize = 20;
+const MIN_SAMPLES: usize = 20;
 /// Terms of the line: sgn ω, ω, 1, ω̇.
 const TERMS: usize = 4;
 
 /// True for samples of a slack tendon.
 pub fn find_slack(samples: &SteadySamples) -> Vec<bool> {
     let n = samples.len();
-    if n < FEWEST {
+    if n < MIN_SAMPLES {
         return vec![false; n];
     }
     let mut line = line(samples, |_| 1.0);
@@ -90,7 +90,7 @@ fn edge(errors: &[f64]) -> (f64, f64) {
     let mut sorted = errors.to_vec();
     sorted.sort_by(f64::total_cmp);
     let mut part = &sorted[..];
-    while part.len() > FEWEST {
+    while part.len() > MIN_SAMPLES {
         let half = part.len().div_ceil(2);
         let length = |k: &usize| part[k + half - 1] - part[*k];
         let shortest = (0..=part.len() - half).min_by(|a, b| length(a).total_cmp(&length(b))).unwrap_or(0);

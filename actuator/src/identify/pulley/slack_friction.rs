@@ -14,7 +14,7 @@ use super::steady::SteadySamples;
 use crate::load::SteadyMotion;
 
 /// Fewest passes in either direction: their scatter is the error.
-const FEWEST_PASSES: usize = 4;
+const MIN_PASSES: usize = 4;
 
 /// Dry friction of a servo, pulling and releasing, as parts of its full load.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,8 +43,8 @@ pub fn slack_friction(samples: &SteadySamples) -> Result<SlackFriction, BadInput
     let passes = passes(&slack);
     let one_way = |sign: f64| passes.iter().filter(|pass| slack.velocity[pass[0]] * sign > 0.0).count();
     for (n, direction) in [(one_way(1.0), "pulling"), (one_way(-1.0), "releasing")] {
-        if n < FEWEST_PASSES {
-            let expected = format!("{FEWEST_PASSES} passes of a slack tendon in steady motion, {direction}");
+        if n < MIN_PASSES {
+            let expected = format!("{MIN_PASSES} passes of a slack tendon in steady motion, {direction}");
             return Err(BadInput::new("friction", expected, n.to_string()));
         }
     }

@@ -14,7 +14,7 @@ use hysteron_arm::{Data, Model, inverse_dynamics};
 /// Speeds of the friction's figure: from minus to plus this, in so many bins a side [rad/s].
 const SPEEDS: (f64, usize) = (2.0, 40);
 /// Fewest samples of a bin whose mean is shown.
-const FEWEST: usize = 5;
+const MIN_SAMPLES: usize = 5;
 /// Rows of figures: every so many samples.
 const DECIMATION: usize = 20;
 
@@ -103,5 +103,5 @@ fn binned(motion: &JointMotion, bodies: &[f64], joint: usize) -> Vec<Option<f64>
             *count += 1;
         }
     }
-    sums.into_iter().map(|(sum, count)| (count >= FEWEST).then(|| sum / count as f64)).collect()
+    sums.into_iter().map(|(sum, count)| (count >= MIN_SAMPLES).then(|| sum / count as f64)).collect()
 }

@@ -13,7 +13,7 @@ use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::series::{MEASURED, Tip, millimetres, numbered_panels, tip_panels};
 
 /// Recordings that are drawn at most, where there are not more families.
-const MOST_SHOWN: usize = 9;
+const MAX_SHOWN: usize = 9;
 
 /// Everything the report may show.
 pub struct DataSet<'a> {
@@ -105,7 +105,7 @@ fn representatives(recordings: &[(String, Recording)]) -> (Vec<(&str, &Recording
     };
     let mut order: Vec<usize> = (0..recordings.len()).collect();
     order.sort_by_key(|k| rank(*k));
-    order.truncate(MOST_SHOWN.max(order.iter().filter(|k| rank(**k) == 0).count()));
+    order.truncate(MAX_SHOWN.max(order.iter().filter(|k| rank(**k) == 0).count()));
     order.sort_unstable();
     let shown = order.iter().map(|k| (recordings[*k].0.as_str(), &recordings[*k].1)).collect();
     (shown, recordings.len() - order.len())

@@ -18,7 +18,7 @@ use hysteron_report::series::{MEASURED, TWIN, Tip, UNCORRECTED, error_panel, mil
 use hysteron_report::verdict::{Criterion, Verdict};
 
 /// Recordings that are drawn at most: those with the largest error that is left.
-const MOST_RECORDINGS: usize = 4;
+const MAX_RECORDINGS: usize = 4;
 
 #[derive(Serialize)]
 struct Metrics<'a> {
@@ -165,7 +165,7 @@ fn verdict(rows: &[Row], left_out: &[String]) -> Verdict {
 fn largest_errors(rows: &[Row]) -> Vec<&Row> {
     let mut order: Vec<usize> = (0..rows.len()).collect();
     order.sort_by(|a, b| rows[*b].summary.after.p99_m.total_cmp(&rows[*a].summary.after.p99_m));
-    order.truncate(MOST_RECORDINGS);
+    order.truncate(MAX_RECORDINGS);
     order.sort_unstable();
     order.into_iter().map(|k| &rows[k]).collect()
 }

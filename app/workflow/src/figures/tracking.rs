@@ -22,9 +22,9 @@ const COLUMN: f64 = LEFT + SIDE + 18.0;
 const ROW: f64 = ABOVE + SIDE + BELOW + 10.0;
 const BAR: f64 = 90.0;
 /// Recordings that are drawn at most.
-const MOST_PANELS: usize = 12;
+const MAX_PANELS: usize = 12;
 /// Recordings in a chart over time at most.
-const MOST_CURVES: usize = 5;
+const MAX_CURVES: usize = 5;
 /// Colours that can be distinguished along a path.
 const SHADES: f64 = 24.0;
 
@@ -78,7 +78,7 @@ pub(crate) fn write(
 /// Target and tips at the same times, and their distance; `None` where the times do not compare.
 pub(super) fn over_time(target: &TargetPath, rows: &[Row]) -> Option<TimeChart> {
     let shown: Vec<&Row> =
-        rows.iter().filter(|row| row.score.aligned_rmse_m.is_some()).take(MOST_CURVES).collect();
+        rows.iter().filter(|row| row.score.aligned_rmse_m.is_some()).take(MAX_CURVES).collect();
     if shown.is_empty() {
         return None;
     }
@@ -148,8 +148,8 @@ impl Overlay {
         };
         Self {
             target: target.outline.points().iter().map(|p| (1e3 * p[0], 1e3 * p[1])).collect(),
-            panels: rows.iter().take(MOST_PANELS).map(panel).collect(),
-            n_left_out: rows.len().saturating_sub(MOST_PANELS),
+            panels: rows.iter().take(MAX_PANELS).map(panel).collect(),
+            n_left_out: rows.len().saturating_sub(MAX_PANELS),
         }
     }
 

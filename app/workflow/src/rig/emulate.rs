@@ -88,7 +88,7 @@ impl Preset {
 /// Longest run: a year [s].
 const LONGEST: f64 = 31_536_000.0;
 /// Most faults that are drawn.
-const MOST_FAULTS: u32 = 100_000;
+const MAX_FAULTS: u32 = 100_000;
 /// Name of the tip in the tracker; as in the rig file.
 const TRACKER_DEVICE: &str = "Tip";
 /// Its clock started before this program [s].
@@ -212,8 +212,8 @@ fn emulator_options(options: &Options, world: &World) -> anyhow::Result<Emulator
     if let Some(path) = &options.faults {
         faults.check_servos(&(1..=n_servos)).map_err(|bad| bad.within(path.display()))?;
     }
-    if options.draw_faults > MOST_FAULTS {
-        let expected = format!("at most {MOST_FAULTS}");
+    if options.draw_faults > MAX_FAULTS {
+        let expected = format!("at most {MAX_FAULTS}");
         return Err(BadInput::new("--draw-faults", expected, options.draw_faults.to_string()).into());
     }
     if let Some(span) = options.for_s {

@@ -10,30 +10,30 @@ type Parsed<T> = Result<T, BadInput>;
 const LONGEST_SHOWN: usize = 40;
 /// Most threads for a processor, and on small machines: each has a stack and a workspace of its own.
 const THREADS_PER_CORE: usize = 4;
-const FEWEST_THREADS: usize = 32;
+const MIN_THREADS: usize = 32;
 
 fn bad(expected: String, typed: &str) -> BadInput {
     let found: String = typed.chars().take(LONGEST_SHOWN).collect();
     BadInput::new("", expected, if found.is_empty() { "nothing".to_owned() } else { found })
 }
 
-/// A whole number from 1 to `MOST`.
-pub fn count<const MOST: usize>(typed: &str) -> Parsed<usize> {
-    counted(typed, MOST)
+/// A whole number from 1 to `MAX`.
+pub fn count<const MAX: usize>(typed: &str) -> Parsed<usize> {
+    counted(typed, MAX)
 }
 
-/// A whole number from 0 to `MOST`.
-pub fn up_to<const MOST: u32>(typed: &str) -> Parsed<u32> {
+/// A whole number from 0 to `MAX`.
+pub fn up_to<const MAX: u32>(typed: &str) -> Parsed<u32> {
     match typed {
         "0" => Ok(0),
-        _ => Ok(counted(typed, MOST as usize)? as u32),
+        _ => Ok(counted(typed, MAX as usize)? as u32),
     }
 }
 
 /// A number of threads that this machine can make use of.
 pub fn threads(typed: &str) -> Parsed<usize> {
     let n_cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
-    counted(typed, FEWEST_THREADS.max(THREADS_PER_CORE * n_cores))
+    counted(typed, MIN_THREADS.max(THREADS_PER_CORE * n_cores))
         .map_err(|bad| bad.hint(format!("this machine has {n_cores} cores")))
 }
 

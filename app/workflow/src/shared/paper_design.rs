@@ -18,10 +18,10 @@ pub enum DesignName {
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct PaperDesign {
     /// Only every Nth window of the paper's design; 1 is published
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1, value_parser = crate::shared::number::count::<{ hysteron_learn::MOST_ROWS }>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1, value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_ROWS }>))]
     pub stride: usize,
     /// Windows of a step of the paper's design; 256 is published
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 256, value_parser = crate::shared::number::count::<{ hysteron_learn::MOST_ROWS }>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 256, value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_ROWS }>))]
     pub batch: usize,
 }
 

@@ -9,7 +9,7 @@ use hysteron_base::size::check_at_most;
 use hysteron_base::{BadInput, Scene, file};
 use hysteron_control::plan::{Role, Trajectory};
 use hysteron_control::{Plan, TargetPath};
-use hysteron_learn::{MOST_EPOCHS, MOST_HIDDEN};
+use hysteron_learn::{MAX_EPOCHS, MAX_HIDDEN};
 use hysteron_twin::Twin;
 use hysteron_twin::coreact::Auxiliary;
 use hysteron_twin::fit::{Wanted, select};
@@ -20,14 +20,14 @@ use crate::rig::record::jobs::check_against_rig;
 use crate::rig::record::source::Source;
 use crate::shared::paths::plain;
 use crate::shared::plan;
-use crate::tendon::fit_material::MOST_STEPS;
-use crate::tendon::fit_residual::MOST_MEMBERS;
-use crate::tendon::identify::MOST_ROUNDS;
+use crate::tendon::fit_material::MAX_STEPS;
+use crate::tendon::fit_residual::MAX_MEMBERS;
+use crate::tendon::identify::MAX_ROUNDS;
 
 const FORMAT: (&str, i64) = ("hysteron-study", 1);
 /// More than any study has; keeps a slip of the hand from running for a year.
-const MOST_REPEATS: i64 = 100;
-const MOST_TARGETS: usize = 1000;
+const MAX_REPEATS: i64 = 100;
+const MAX_TARGETS: usize = 1000;
 
 impl Study {
     /// Reads and validates a study file, and everything that it names.
@@ -85,13 +85,13 @@ fn check_numbers(typed: &schema::StudyFile) -> Result<(), BadInput> {
     let (identify, residual, train) =
         (typed.identify.as_ref(), typed.residual.as_ref(), typed.train.as_ref());
     let whole = [
-        ("calibrate.steps", calibrate.and_then(|it| it.steps), MOST_STEPS),
-        ("identify.rounds", identify.and_then(|it| it.rounds), MOST_ROUNDS),
-        ("residual.epochs", residual.and_then(|it| it.epochs), MOST_EPOCHS),
-        ("residual.hidden", residual.and_then(|it| it.hidden), MOST_HIDDEN),
-        ("residual.members", residual.and_then(|it| it.members), MOST_MEMBERS),
-        ("train.epochs", train.and_then(|it| it.epochs), MOST_EPOCHS),
-        ("train.hidden", train.and_then(|it| it.hidden), MOST_HIDDEN),
+        ("calibrate.steps", calibrate.and_then(|it| it.steps), MAX_STEPS),
+        ("identify.rounds", identify.and_then(|it| it.rounds), MAX_ROUNDS),
+        ("residual.epochs", residual.and_then(|it| it.epochs), MAX_EPOCHS),
+        ("residual.hidden", residual.and_then(|it| it.hidden), MAX_HIDDEN),
+        ("residual.members", residual.and_then(|it| it.members), MAX_MEMBERS),
+        ("train.epochs", train.and_then(|it| it.epochs), MAX_EPOCHS),
+        ("train.hidden", train.and_then(|it| it.hidden), MAX_HIDDEN),
     ];
     for (key, value, most) in whole {
         value.map(|value| count(key, value, most as i64)).transpose()?;
@@ -257,8 +257,8 @@ fn check_calibration(typed: &schema::Calibrate, plan: &Plan, scene: &Scene) -> a
 }
 
 fn track(typed: schema::Track, folder: &Path, recorded: &Plan) -> anyhow::Result<Track> {
-    let repeats = count("track.repeats", typed.repeats, MOST_REPEATS)?;
-    check_at_most("track.targets", typed.targets.len(), MOST_TARGETS)?;
+    let repeats = count("track.repeats", typed.repeats, MAX_REPEATS)?;
+    check_at_most("track.targets", typed.targets.len(), MAX_TARGETS)?;
     let mut methods: Vec<Method> = Vec::new();
     for method in typed.methods {
         if methods.contains(&method) {

@@ -22,7 +22,7 @@ use crate::shared::recording_checks::{self, Findings};
 use crate::shared::resume::Unfinished;
 
 /// More networks than any mean gains from.
-pub const MOST_MEMBERS: usize = 32;
+pub const MAX_MEMBERS: usize = 32;
 
 /// Train the residual network on identified recordings (CoReAct)
 #[derive(Debug, Clone)]
@@ -42,13 +42,13 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,...", value_delimiter = ','))]
     pub held_out: Vec<String>,
     /// Epochs at most [default: 100; paper: 30]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MOST_EPOCHS }>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_EPOCHS }>))]
     pub epochs: Option<usize>,
     /// Hidden units of a layer [default: 64; paper: 128]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MOST_HIDDEN }>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_HIDDEN }>))]
     pub hidden: Option<usize>,
     /// Networks whose mean is taken, each stopped by other recordings; the paper's design has one
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 3, value_parser = crate::shared::number::count::<MOST_MEMBERS>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 3, value_parser = crate::shared::number::count::<MAX_MEMBERS>))]
     pub members: usize,
     /// Let the network see the twin's tip of the sample before (eq. 11), not the strokes alone
     #[cfg_attr(feature = "clap", arg(long))]

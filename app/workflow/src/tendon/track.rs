@@ -17,7 +17,7 @@ use crate::tendon::evaluate::{self, Commanded};
 
 /// More than anybody measures in a day.
 #[cfg(feature = "clap")]
-const MOST_REPEATS: usize = 100;
+const MAX_REPEATS: usize = 100;
 
 /// Follow a path open loop on a rig, and measure it
 #[derive(Debug, Clone)]
@@ -33,7 +33,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
     pub out: PathBuf,
     /// How often the strokes are carried out
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1, value_parser = crate::shared::number::count::<MOST_REPEATS>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1, value_parser = crate::shared::number::count::<MAX_REPEATS>))]
     pub repeats: usize,
     /// Calibration [default: the file that the rig file names; a virtual rig calibrates itself]
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]

@@ -42,10 +42,10 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", value_delimiter = ','))]
     pub held_out: Vec<String>,
     /// Epochs at most [default: 30]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MOST_EPOCHS }>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_EPOCHS }>))]
     pub epochs: Option<usize>,
     /// Hidden units of a layer [default: 128; paper: 512]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MOST_HIDDEN }>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_HIDDEN }>))]
     pub hidden: Option<usize>,
     /// Pull that all tendons have in common at least, so that none goes slack; recurrent only
     #[cfg_attr(feature = "clap", arg(long, alias = "least-pull-mm", value_name = "MM", value_parser = crate::shared::number::distance_mm))]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::MOST_JOINTS;
+use super::super::MAX_JOINTS;
 use super::super::description::Mimic;
 use super::super::xml::Check;
 use super::attributes::{Attributes, EQUALITY, MAIN, entry_of};
@@ -28,7 +28,7 @@ type Joints = BTreeMap<String, (usize, f64)>;
 /// `BadInput` for constraints that are no such equality, joints that are not there, and joints that follow two others.
 pub(super) fn read(sources: &[Source], tree: &mut Tree) -> Check<()> {
     // More joints are refused when the model is built.
-    if !sources[0].settings.equality || tree.references.len() > MOST_JOINTS {
+    if !sources[0].settings.equality || tree.references.len() > MAX_JOINTS {
         return Ok(());
     }
     let references: BTreeMap<&str, f64> = tree.references.iter().map(|(name, q)| (&**name, *q)).collect();

@@ -12,7 +12,7 @@ use crate::spatial::{Inertia, Pose};
 /// Density of a geom that names none [kg/m³].
 const DENSITY: f64 = 1000.0;
 /// Volume [m³] or area [m²] below which MuJoCo gives no mass.
-const LEAST_SIZE: f64 = 1e-15;
+const MIN_SIZE: f64 = 1e-15;
 
 /// The body of a geom that stands in `frame` of its body; `None` where it counts for nothing.
 ///
@@ -52,7 +52,7 @@ pub(super) fn inertia(
         (kind, None) => primitive(at, settings, kind)?,
     };
     let density = match mass {
-        Some(mass) if shape.size > LEAST_SIZE => mass / shape.size,
+        Some(mass) if shape.size > MIN_SIZE => mass / shape.size,
         Some(_) => 0.0,
         None => density,
     };

@@ -10,7 +10,7 @@ use serde_json::{Map, Value};
 pub const POSITION_GAIN: &str = "position_gain";
 
 /// Largest log [byte]; an hour at 200 Hz has less.
-const MOST: u64 = 256 << 20;
+const MAX_BYTES: u64 = 256 << 20;
 /// Names of the numbers next to the samples: in the log, in a recording.
 const NOTES: [(&str, &str); 8] = [
     ("mass", "mass_kg"),
@@ -25,7 +25,7 @@ const NOTES: [(&str, &str); 8] = [
 
 /// The samples, and what the log says next to them: pairs of metadata.
 pub(super) fn read(path: &Path) -> Result<(Table, Vec<(String, String)>)> {
-    let bytes = file::read_up_to(path, MOST)?;
+    let bytes = file::read_up_to(path, MAX_BYTES)?;
     Ok(parse(&bytes).map_err(|bad| bad.within(path.display()))?)
 }
 

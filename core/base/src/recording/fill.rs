@@ -9,7 +9,7 @@ const ORIENTATION: [&str; 4] = ["tip_qw", "tip_qx", "tip_qy", "tip_qz"];
 /// A hole in time wider than this many steps counts as a gap [-].
 const WIDEST: f64 = 1.5;
 /// More samples than any recording has; keeps a slip of the hand from filling the memory.
-const MOST_SAMPLES: f64 = 1e8;
+const MAX_SAMPLES: f64 = 1e8;
 
 /// Puts together a recording in which values are missing (NaN): each is interpolated in time between its
 /// neighbours, before the first and after the last it is held, and its row is marked as a gap. All channels have
@@ -88,8 +88,8 @@ impl Recording {
     pub fn resampled(&self, rate_hz: f64) -> Check<Self> {
         let (time, n) = (&self.time, self.time.len());
         let span = (time[n - 1] - time[0]) * rate_hz;
-        if !(rate_hz.is_finite() && rate_hz > 0.0 && span < MOST_SAMPLES) {
-            let expected = format!("a rate > 0 that gives fewer than {MOST_SAMPLES:e} samples");
+        if !(rate_hz.is_finite() && rate_hz > 0.0 && span < MAX_SAMPLES) {
+            let expected = format!("a rate > 0 that gives fewer than {MAX_SAMPLES:e} samples");
             return Err(BadInput::new("rate", expected, format!("{rate_hz:?} Hz")));
         }
         let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();

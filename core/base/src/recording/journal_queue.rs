@@ -13,7 +13,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// Most that waits for the disk [bytes]; at 200 bytes a row and 100 Hz, three minutes.
-pub(super) const MOST_WAITING: usize = 4 << 20;
+pub(super) const MAX_WAITING: usize = 4 << 20;
 /// The journal is brought to the disk so often.
 const SYNC_EVERY: Duration = Duration::from_secs(1);
 
@@ -112,7 +112,7 @@ impl JournalQueue {
     /// Waits until the queue is at most half full, for whoever is not bound to a clock.
     pub fn wait_for_room(&self) {
         let mut state = self.shared.state();
-        while state.waiting.len() > MOST_WAITING / 2 && state.error.is_none() {
+        while state.waiting.len() > MAX_WAITING / 2 && state.error.is_none() {
             state = wait(&self.shared.emptied, state);
         }
     }
@@ -138,7 +138,7 @@ impl JournalQueue {
 fn hand_over(shared: &Shared, frame: &[u8]) -> io::Result<()> {
     let mut state = shared.state();
     let error = state.error.take();
-    if state.waiting.len() + frame.len() > MOST_WAITING {
+    if state.waiting.len() + frame.len() > MAX_WAITING {
         let full =
             || io::Error::new(io::ErrorKind::TimedOut, "the disk does not keep up with what is measured");
         return Err(error.unwrap_or_else(full));

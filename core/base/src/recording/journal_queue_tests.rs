@@ -168,7 +168,7 @@ fn what_waits_is_bounded_and_what_was_taken_is_kept() {
     };
     assert_eq!(error.kind(), io::ErrorKind::TimedOut);
     // The writer may have one batch of its own.
-    assert!(n as usize * 33 <= 2 * MOST_WAITING, "{n} rows");
+    assert!(n as usize * 33 <= 2 * MAX_WAITING, "{n} rows");
     file.set(Disk::Works);
     queue.flush().unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -180,7 +180,7 @@ fn who_can_wait_finds_room() {
     let file = TestFile::new();
     let mut queue = queue(&file);
     // Five times as much as may wait, as fast as it can be made.
-    let n = (5 * MOST_WAITING / 33) as u32;
+    let n = (5 * MAX_WAITING / 33) as u32;
     for i in 0..n {
         queue.wait_for_room();
         append(&mut queue, i, 1).unwrap();

@@ -32,9 +32,9 @@ pub(crate) const VERSION: u32 = 1;
 const UNIFORM: f64 = 0.01;
 
 /// Largest file that is read [byte].
-const MOST: u64 = 1 << 30;
+const MAX_BYTES: u64 = 1 << 30;
 /// Most numbers in a recording, 400 MB of them: an hour of 130 channels at 100 Hz has fewer.
-const MOST_NUMBERS: u64 = 50_000_000;
+const MAX_NUMBERS: u64 = 50_000_000;
 
 /// One named series of values.
 #[derive(Debug, Clone, PartialEq)]
@@ -209,7 +209,9 @@ impl Recording {
         match Kind::of(path, "a recording: .parquet, .csv or .journal")? {
             Kind::Journal => Ok(Journal::read(path)?.recording),
             Kind::Csv => Ok(csv::read(&csv_text(path)?).map_err(|bad| bad.within(place))?),
-            Kind::Parquet => Ok(parquet::read(file::open(path, MOST)?).map_err(|bad| bad.within(place))?),
+            Kind::Parquet => {
+                Ok(parquet::read(file::open(path, MAX_BYTES)?).map_err(|bad| bad.within(place))?)
+            }
         }
     }
 
@@ -224,7 +226,7 @@ impl Recording {
             Kind::Journal => Ok(Journal::read(path)?.recording.meta),
             Kind::Csv => Ok(csv::read_metadata(&csv_text(path)?).map_err(|bad| bad.within(place))?),
             Kind::Parquet => {
-                Ok(parquet::read_metadata(file::open(path, MOST)?).map_err(|bad| bad.within(place))?)
+                Ok(parquet::read_metadata(file::open(path, MAX_BYTES)?).map_err(|bad| bad.within(place))?)
             }
         }
     }
@@ -246,15 +248,15 @@ impl Recording {
 
 /// The text of a table, which is longer than what a person types.
 pub(crate) fn csv_text(path: &Path) -> Result<String> {
-    Ok(file::text_of(file::read_up_to(path, MOST)?, &path.display().to_string())?)
+    Ok(file::text_of(file::read_up_to(path, MAX_BYTES)?, &path.display().to_string())?)
 }
 
-/// Refuses more numbers than [`MOST_NUMBERS`], before they are read.
+/// Refuses more numbers than [`MAX_NUMBERS`], before they are read.
 pub(crate) fn check_size(columns: usize, rows: u64) -> Check<()> {
     let numbers = rows.saturating_mul(columns as u64);
-    if numbers > MOST_NUMBERS {
+    if numbers > MAX_NUMBERS {
         let found = format!("{rows} rows of {columns} columns");
-        return Err(BadInput::new("rows", format!("at most {MOST_NUMBERS} numbers"), found)
+        return Err(BadInput::new("rows", format!("at most {MAX_NUMBERS} numbers"), found)
             .hint("split the recording, or resample it"));
     }
     Ok(())

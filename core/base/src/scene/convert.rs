@@ -20,13 +20,13 @@ const VERSION: i64 = 1;
 
 /// More than any robot has; keeps a slip of the hand from filling the memory, or from asking for a body that no
 /// arithmetic can follow.
-const MOST_SEGMENTS: i64 = 1000;
-const MOST_CABLES: i64 = 100;
-const MOST_AUXILIARY: usize = 500;
-const MOST_FRICTION_POINTS: i64 = 100;
-const MOST_TENDONS: usize = 100;
-const MOST_POINTS: usize = 1000;
-const MOST_FORCES: usize = 1000;
+const MAX_SEGMENTS: i64 = 1000;
+const MAX_CABLES: i64 = 100;
+const MAX_AUXILIARY: usize = 500;
+const MAX_FRICTION_POINTS: i64 = 100;
+const MAX_TENDONS: usize = 100;
+const MAX_POINTS: usize = 1000;
+const MAX_FORCES: usize = 1000;
 /// Longest length and stroke [mm].
 const LONGEST: f64 = 1e5;
 /// Largest force and tension [N].
@@ -45,8 +45,8 @@ const LARGEST_FRICTION: f64 = 100.0;
 /// The scene that was typed, still without its hash.
 pub(super) fn scene(typed: schema::SceneFile, folder: &Path) -> Check<Scene> {
     check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
-    check_at_most("tendon", typed.tendon.len(), MOST_TENDONS)?;
-    check_at_most("point_force", typed.point_force.len(), MOST_FORCES)?;
+    check_at_most("tendon", typed.tendon.len(), MAX_TENDONS)?;
+    check_at_most("point_force", typed.point_force.len(), MAX_FORCES)?;
     let mut tendons: Vec<Tendon> = Vec::new();
     for (i, typed) in typed.tendon.into_iter().enumerate() {
         let tendon = tendon(typed, i + 1)?;
@@ -176,7 +176,7 @@ fn tendon(typed: schema::Tendon, number: usize) -> Check<Tendon> {
         let found = format!("{} of them", typed.points_mm.len());
         return Err(BadInput::new(key("points_mm"), "at least 2 points, from base to tip", found));
     }
-    check_at_most(&key("points_mm"), typed.points_mm.len(), MOST_POINTS)?;
+    check_at_most(&key("points_mm"), typed.points_mm.len(), MAX_POINTS)?;
     let mut points = Vec::with_capacity(typed.points_mm.len());
     for (i, &point) in typed.points_mm.iter().enumerate() {
         let place = key(&format!("points_mm[{i}]"));
@@ -217,7 +217,7 @@ fn friction(typed: &schema::Friction, tendons: &[Tendon]) -> Check<Friction> {
         };
         up_to(&format!("friction.{key}"), typed.unwrap_or(0.0), largest)
     };
-    let points = typed.points.map(|points| count("friction.points", points, MOST_FRICTION_POINTS));
+    let points = typed.points.map(|points| count("friction.points", points, MAX_FRICTION_POINTS));
     let share = typed.sheath_compliance_share.unwrap_or(0.0);
     let friction = Friction {
         coefficient: number("coefficient", typed.coefficient)?,
@@ -252,12 +252,12 @@ fn friction(typed: &schema::Friction, tendons: &[Tendon]) -> Check<Friction> {
 }
 
 fn auxiliary(typed: &schema::Auxiliary) -> Check<AuxiliaryLayout> {
-    let segments = count("auxiliary.segments", typed.segments, MOST_SEGMENTS)?;
-    let cables_per_segment = count("auxiliary.cables_per_segment", typed.cables_per_segment, MOST_CABLES)?;
+    let segments = count("auxiliary.segments", typed.segments, MAX_SEGMENTS)?;
+    let cables_per_segment = count("auxiliary.cables_per_segment", typed.cables_per_segment, MAX_CABLES)?;
     check_at_most(
         "auxiliary: segments times cables_per_segment",
         segments * cables_per_segment,
-        MOST_AUXILIARY,
+        MAX_AUXILIARY,
     )?;
     let length = |key: &str, mm: f64| between(&format!("auxiliary.{key}"), mm, [1e-3, LONGEST]);
     Ok(AuxiliaryLayout {

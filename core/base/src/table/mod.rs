@@ -19,7 +19,7 @@ use std::path::Path;
 pub use text::TextFormat;
 
 /// Largest file that is read [byte].
-const MOST: u64 = 1 << 30;
+const MAX_BYTES: u64 = 1 << 30;
 
 /// One column of a [`Table`].
 #[derive(Debug, Clone, PartialEq)]
@@ -114,12 +114,12 @@ impl Table {
         let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
         let table = match extension.to_ascii_lowercase().as_str() {
             "csv" | "txt" | "tsv" | "dat" => {
-                text::read(&text::decoded(file::read_up_to(path, MOST)?), format)
+                text::read(&text::decoded(file::read_up_to(path, MAX_BYTES)?), format)
             }
-            "parquet" => parquet::read(file::open(path, MOST)?),
-            "npz" => npz::read_archive(&file::read_up_to(path, MOST)?),
-            "npy" => npz::read_single(&file::read_up_to(path, MOST)?),
-            "mat" => mat::read(&file::read_up_to(path, MOST)?),
+            "parquet" => parquet::read(file::open(path, MAX_BYTES)?),
+            "npz" => npz::read_archive(&file::read_up_to(path, MAX_BYTES)?),
+            "npy" => npz::read_single(&file::read_up_to(path, MAX_BYTES)?),
+            "mat" => mat::read(&file::read_up_to(path, MAX_BYTES)?),
             other => {
                 let found = if other.is_empty() { "no extension".to_owned() } else { format!(".{other}") };
                 Err(BadInput::new("", "a table: .csv, .txt, .tsv, .dat, .parquet, .npz, .npy or .mat", found))

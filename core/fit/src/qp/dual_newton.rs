@@ -18,7 +18,7 @@ use super::QpStatus;
 use super::clarabel::{RowQp, solve_rows};
 
 /// Newton steps: a handful as a rule, and never many.
-const MOST_STEPS: usize = 100;
+const MAX_STEPS: usize = 100;
 /// |∇φ| that an answer may have, relative to its terms: round-off, and room for it.
 const TOLERANCE: f64 = 1e-12;
 
@@ -73,7 +73,7 @@ impl BoxedRows {
     /// `None` where no answer can be certified.
     fn solve_dual(&self) -> Option<DVector<f64>> {
         let mut at = self.at(DVector::zeros(self.error.len()));
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             if at.gradient.norm() <= TOLERANCE * (at.multiplier.norm() + self.error.norm()) {
                 return Some(at.x);
             }

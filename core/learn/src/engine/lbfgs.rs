@@ -34,7 +34,7 @@ pub enum Ending {
 const DECREASE: f64 = 1e-4;
 const CURVATURE: f64 = 0.9;
 /// Bisections of a line search at most.
-const MOST_TRIALS: usize = 40;
+const MAX_TRIALS: usize = 40;
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
@@ -142,7 +142,7 @@ fn line_search(
 ) -> Option<Trial> {
     let (mut low, mut high, mut length) = (0.0, f64::INFINITY, first);
     let mut best: Option<Trial> = None;
-    for _ in 0..MOST_TRIALS {
+    for _ in 0..MAX_TRIALS {
         let mut trial = Trial { x: x.to_vec(), value: 0.0, gradient: vec![0.0; x.len()] };
         add(&mut trial.x, length, direction);
         trial.value = function(&trial.x, &mut trial.gradient);

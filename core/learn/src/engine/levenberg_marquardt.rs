@@ -42,11 +42,11 @@ const ROWS: usize = 256;
 /// Columns of JᵀJ that one thread adds to.
 const PANEL: usize = 128;
 /// Dampings of one step that are tried.
-const MOST_TRIALS: usize = 12;
+const MAX_TRIALS: usize = 12;
 
 impl LevenbergMarquardt {
     /// Parameters up to which it is for: two square matrices of that size are held, a gigabyte.
-    pub const MOST_PARAMETERS: usize = 8000;
+    pub const MAX_PARAMETERS: usize = 8000;
 
     /// Minimises the mean over `samples` from `x` on, in place. `after(step, value, x)` hears of every step and ends the search
     /// where it returns false.
@@ -74,7 +74,7 @@ impl LevenbergMarquardt {
             let mean = (0..n).map(|i| normal[i * n + i]).sum::<f64>() / n as f64;
             let mut lambda = damping.unwrap_or(self.damping * mean);
             let mut found = None;
-            for _ in 0..MOST_TRIALS {
+            for _ in 0..MAX_TRIALS {
                 if let Some(direction) = solve(&normal, &gradient, lambda) {
                     let trial: Vec<f64> = x.iter().zip(&direction).map(|(x, d)| x + d).collect();
                     let mut after = vec![0.0; n];

@@ -37,12 +37,12 @@ pub struct Schedule {
 }
 
 /// More than any training has.
-pub const MOST_EPOCHS: usize = 100_000;
+pub const MAX_EPOCHS: usize = 100_000;
 /// Most hidden units of a layer: one then has 67 million weights.
-pub const MOST_HIDDEN: usize = 4096;
-pub(crate) const MOST_LAYERS: usize = 16;
+pub const MAX_HIDDEN: usize = 4096;
+pub(crate) const MAX_LAYERS: usize = 16;
 /// Most windows of a step, samples between two of them, and samples that go through a network at once.
-pub const MOST_ROWS: usize = 1 << 16;
+pub const MAX_ROWS: usize = 1 << 16;
 
 /// Refuses counts of a training that are zero, or above the maximum given with them.
 pub(crate) fn check_counts(counts: &[(&str, usize, usize)]) -> Result<(), BadInput> {

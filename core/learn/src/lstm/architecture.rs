@@ -5,7 +5,7 @@ use hysteron_base::size::check_memory;
 use serde::{Deserialize, Serialize};
 
 use crate::TensorShape;
-use crate::engine::MOST_LAYERS;
+use crate::engine::MAX_LAYERS;
 
 /// Largest number of channels that is accepted, so that products of sizes cannot overflow.
 const LARGEST: usize = 1 << 20;
@@ -66,7 +66,7 @@ impl Architecture {
             ("outputs", self.outputs),
         ];
         for (name, size) in sizes {
-            let largest = if name == "layers" { MOST_LAYERS } else { LARGEST };
+            let largest = if name == "layers" { MAX_LAYERS } else { LARGEST };
             if !(1..=largest).contains(&size) {
                 let place = format!("architecture: {name}");
                 return Err(BadInput::new(place, format!("1 to {largest}"), size.to_string()));

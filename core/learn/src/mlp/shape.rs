@@ -8,7 +8,7 @@ use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
 use super::activation::Activation;
-use crate::engine::{MOST_HIDDEN, MOST_LAYERS};
+use crate::engine::{MAX_HIDDEN, MAX_LAYERS};
 
 /// The shape of a multi-layer perceptron: y = W_k f(… f(W_1 x + b_1) …) + b_k.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -59,10 +59,10 @@ impl Mlp {
     /// # Errors
     /// `BadInput` for a count of zero or one that no computer holds.
     pub fn check(&self) -> Result<(), BadInput> {
-        check_count("mlp: inputs", self.inputs, MOST_HIDDEN)?;
-        check_count("mlp: outputs", self.outputs, MOST_HIDDEN)?;
-        check_count("mlp: hidden layers", self.hidden.len(), MOST_LAYERS)?;
-        self.hidden.iter().try_for_each(|n| check_count("mlp: hidden units", *n, MOST_HIDDEN))
+        check_count("mlp: inputs", self.inputs, MAX_HIDDEN)?;
+        check_count("mlp: outputs", self.outputs, MAX_HIDDEN)?;
+        check_count("mlp: hidden layers", self.hidden.len(), MAX_LAYERS)?;
+        self.hidden.iter().try_for_each(|n| check_count("mlp: hidden units", *n, MAX_HIDDEN))
     }
 
     /// From the first layer to the last.

@@ -3,7 +3,7 @@
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
-use crate::engine::{MOST_EPOCHS, MOST_HIDDEN, MOST_LAYERS, MOST_ROWS, check_counts};
+use crate::engine::{MAX_EPOCHS, MAX_HIDDEN, MAX_LAYERS, MAX_ROWS, check_counts};
 use crate::{Adam, Architecture, Decay, Head, Schedule};
 
 /// Options common to trainings on whole sequences; one cell update a sample.
@@ -40,11 +40,11 @@ impl SequenceOptions {
     /// A number that no training can have.
     pub fn check(&self) -> Result<(), BadInput> {
         check_counts(&[
-            ("epochs", self.epochs, MOST_EPOCHS),
-            ("patience", self.patience, MOST_EPOCHS),
-            ("truncation", self.truncation, MOST_ROWS),
-            ("hidden", self.hidden, MOST_HIDDEN),
-            ("layers", self.layers, MOST_LAYERS),
+            ("epochs", self.epochs, MAX_EPOCHS),
+            ("patience", self.patience, MAX_EPOCHS),
+            ("truncation", self.truncation, MAX_ROWS),
+            ("hidden", self.hidden, MAX_HIDDEN),
+            ("layers", self.layers, MAX_LAYERS),
         ])?;
         let noise = self.input_noise;
         if !(noise >= 0.0 && noise.is_finite()) {

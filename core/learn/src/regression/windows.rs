@@ -5,7 +5,7 @@ use hysteron_base::{BadInput, rng};
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 
-use crate::engine::{MOST_EPOCHS, MOST_HIDDEN, MOST_LAYERS, MOST_ROWS, check_counts};
+use crate::engine::{MAX_EPOCHS, MAX_HIDDEN, MAX_LAYERS, MAX_ROWS, check_counts};
 use crate::{
     Adam, Architecture, Backprop, Batch, Decay, Error, Head, Memory, Network, Normaliser, Outputs, Result,
     Schedule, Task, Training, mean, mean_squared_error,
@@ -56,13 +56,13 @@ impl WindowOptions {
     /// `BadInput` naming the option.
     pub fn check(&self) -> Result<()> {
         check_counts(&[
-            ("window", self.window, MOST_ROWS),
-            ("stride", self.stride, MOST_ROWS),
-            ("epochs", self.epochs, MOST_EPOCHS),
-            ("batch", self.batch, MOST_ROWS),
-            ("decay_epochs", self.decay_epochs, MOST_EPOCHS),
-            ("hidden", self.hidden, MOST_HIDDEN),
-            ("layers", self.layers, MOST_LAYERS),
+            ("window", self.window, MAX_ROWS),
+            ("stride", self.stride, MAX_ROWS),
+            ("epochs", self.epochs, MAX_EPOCHS),
+            ("batch", self.batch, MAX_ROWS),
+            ("decay_epochs", self.decay_epochs, MAX_EPOCHS),
+            ("hidden", self.hidden, MAX_HIDDEN),
+            ("layers", self.layers, MAX_LAYERS),
         ])?;
         if !(self.gradient_floor >= 0.0 && self.gradient_floor.is_finite()) {
             let found = self.gradient_floor.to_string();

@@ -13,7 +13,7 @@ pub(super) const FEW: usize = 24;
 /// Registers of a panel's width.
 const ACROSS: usize = 2;
 /// Numbers of two of the widest registers.
-const MOST: usize = ACROSS * 16;
+const MAX_WIDTH: usize = ACROSS * 16;
 
 /// A matrix in panels as wide as two registers: for each panel, for each row of the matrix, the entries of its columns. The last panel is
 /// filled up with zeros.
@@ -87,7 +87,7 @@ impl<T: Real> MultiplyAdd<'_, T> {
             }
         }
         for r in 0..R {
-            let mut stored = [T::default(); MOST];
+            let mut stored = [T::default(); MAX_WIDTH];
             T::split_mut::<S>(&mut stored[..wide]).copy_from_slice(&sums[r]);
             let out = &mut self.out[(first + r) * n_columns..][column..n_columns.min(column + wide)];
             out.iter_mut().zip(&stored).for_each(|(out, sum)| *out += *sum);
@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn products_are_those_of_the_definition_whatever_the_sizes() {
-        for (n_rows, n, n_columns) in [(1, 5, 3), (4, 7, MOST), (11, 6, 2 * MOST + 5)] {
+        for (n_rows, n, n_columns) in [(1, 5, 3), (4, 7, MAX_WIDTH), (11, 6, 2 * MAX_WIDTH + 5)] {
             let number = |k: usize| (1.3 * k as f64).sin();
             let entry = |row: usize, column: usize| number(row * n_columns + column);
             let x: Vec<f64> = (0..n_rows * n).map(|k| number(3 * k + 1)).collect();

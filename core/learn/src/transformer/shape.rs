@@ -6,7 +6,7 @@ use hysteron_base::BadInput;
 use hysteron_base::size::check_count;
 use serde::{Deserialize, Serialize};
 
-use crate::{MOST_HIDDEN, TensorShape};
+use crate::{MAX_HIDDEN, TensorShape};
 
 /// How a layer is put together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -75,11 +75,11 @@ pub struct TransformerShape {
 }
 
 /// More layers than any network here has.
-const MOST_LAYERS: usize = 64;
+const MAX_LAYERS: usize = 64;
 /// More heads, of attention or of outputs.
-const MOST_HEADS: usize = 64;
+const MAX_HEADS: usize = 64;
 /// The longest window.
-const MOST_TOKENS: usize = 1024;
+const MAX_TOKENS: usize = 1024;
 
 impl TransformerShape {
     /// The sizes of NeuralActuator's release for `inputs` numbers a token and these heads.
@@ -102,16 +102,16 @@ impl TransformerShape {
     /// `BadInput` for a size of zero or beyond what a network here has, or a width that the attention's heads do not share evenly.
     pub fn check(&self) -> Result<(), BadInput> {
         let sizes = [
-            ("inputs", self.inputs, MOST_HIDDEN),
-            ("heads", self.heads.len(), MOST_HEADS),
-            ("width", self.width, MOST_HIDDEN),
-            ("layers", self.layers, MOST_LAYERS),
-            ("attention_heads", self.attention_heads, MOST_HEADS),
-            ("feed_forward", self.feed_forward, MOST_HIDDEN),
-            ("latent", self.latent, MOST_HIDDEN),
-            ("tokens", self.tokens, MOST_TOKENS),
+            ("inputs", self.inputs, MAX_HIDDEN),
+            ("heads", self.heads.len(), MAX_HEADS),
+            ("width", self.width, MAX_HIDDEN),
+            ("layers", self.layers, MAX_LAYERS),
+            ("attention_heads", self.attention_heads, MAX_HEADS),
+            ("feed_forward", self.feed_forward, MAX_HIDDEN),
+            ("latent", self.latent, MAX_HIDDEN),
+            ("tokens", self.tokens, MAX_TOKENS),
         ];
-        let outputs = self.heads.iter().map(|n| ("outputs of a head", *n, MOST_HIDDEN));
+        let outputs = self.heads.iter().map(|n| ("outputs of a head", *n, MAX_HIDDEN));
         sizes.into_iter().chain(outputs).try_for_each(|(name, n, most)| check_count(name, n, most))?;
         if !self.width.is_multiple_of(self.attention_heads) {
             let expected = format!("a multiple of the {} attention heads", self.attention_heads);

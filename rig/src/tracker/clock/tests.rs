@@ -144,6 +144,6 @@ fn memory_is_bounded() {
         // Ever later: the worst case, each is below all that follow.
         let now = 1e-5 * f64::from(k);
         map.map(-now, now);
-        assert!(map.lowest.len() <= MOST);
+        assert!(map.lowest.len() <= MAX_MESSAGES);
     }
 }

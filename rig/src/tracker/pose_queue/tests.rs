@@ -85,10 +85,10 @@ fn doubtful_poses_are_handed_on_with_their_quality() {
 #[test]
 fn queue_is_bounded() {
     let mut intake = intake();
-    for k in 0..MOST + 10 {
+    for k in 0..MAX_QUEUED + 10 {
         intake.take(tool("Tip", 0.0, None), k as f64);
     }
-    assert_eq!((intake.poses.len(), intake.counts.overflowed), (MOST, 10));
+    assert_eq!((intake.poses.len(), intake.counts.overflowed), (MAX_QUEUED, 10));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::motion::Motion;
 
 /// Fewest motions that are blocks as they are; fewer are cut.
-const FEWEST_WHOLE: usize = 3;
+const MIN_WHOLE: usize = 3;
 /// Number of blocks into which all motions together are cut, and the shortest duration of a block [s].
 const PIECES: usize = 6;
 const SHORTEST_S: f64 = 4.0;
@@ -24,7 +24,7 @@ pub(super) fn blocks(motions: &[Motion]) -> Vec<Block> {
     let pieces = |(motion, of): (usize, &Motion)| {
         let n = of.len();
         let most = (n as f64 * of.step / SHORTEST_S) as usize;
-        let count = if motions.len() >= FEWEST_WHOLE { 1 } else { (PIECES / motions.len()).min(most).max(1) };
+        let count = if motions.len() >= MIN_WHOLE { 1 } else { (PIECES / motions.len()).min(most).max(1) };
         (0..count).map(move |k| Block { motion, samples: k * n / count..(k + 1) * n / count })
     };
     motions.iter().enumerate().flat_map(pieces).collect()

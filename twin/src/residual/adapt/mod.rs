@@ -96,7 +96,7 @@ const PLAY_STEP: f64 = 2e-4;
 const FRICTION_STEP: f64 = 0.2;
 /// How far a change may go.
 const ZEROS: Bounds = Bounds { min: -3e-3, max: 3e-3 };
-const MOST_PLAY: f64 = 2e-3;
+const MAX_PLAY: f64 = 2e-3;
 const FRICTION: Bounds = Bounds { min: 0.2, max: 5.0 };
 /// Times that the fit to all motion repeats its own rollout: a tendon that has gone slack is not linear in
 /// its zero.
@@ -180,7 +180,7 @@ impl<'a> Search<'a> {
             before,
         };
         search.deviations.push(options.play_m);
-        search.bounds.push(Bounds { min: -search.before.play_m, max: MOST_PLAY });
+        search.bounds.push(Bounds { min: -search.before.play_m, max: MAX_PLAY });
         search.steps.push(PLAY_STEP);
         if !rig.twin.friction.is_empty() {
             let had = search.before.friction_ratio;

@@ -30,7 +30,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", default_value = "augmented", value_parser = crate::study::arm::variant))]
     pub variant: Variant,
     /// Units of each of the two hidden layers
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 64, value_parser = crate::shared::number::count::<{ hysteron_learn::MOST_HIDDEN }>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 64, value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_HIDDEN }>))]
     pub hidden: usize,
     /// The network sees products of the sines and cosines of up to so many joints, with a linear path past its hidden layers; 0 for sines and cosines alone
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0, value_parser = crate::shared::number::up_to::<4>))]
@@ -39,7 +39,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0, value_parser = crate::shared::number::up_to::<32>))]
     pub squares: u32,
     /// Epochs of Adam at most
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 200, value_parser = crate::shared::number::count::<{ hysteron_learn::MOST_EPOCHS }>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 200, value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_EPOCHS }>))]
     pub epochs: usize,
     /// Steps of Levenberg and Marquardt's method after Adam at most, in double precision; for up to 8000 parameters
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0, value_parser = crate::shared::number::up_to::<100_000>))]

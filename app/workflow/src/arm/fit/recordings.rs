@@ -30,7 +30,7 @@ pub(super) struct Named {
 /// How deep folders are looked through.
 const DEEPEST: usize = 6;
 /// Most recordings of a call.
-const MOST: usize = 10_000;
+const MAX_RECORDINGS: usize = 10_000;
 /// Of files named one by one, every so many one is for validation.
 const VALIDATION: usize = 4;
 
@@ -69,9 +69,9 @@ fn walk(folder: &Path, depth: usize, all: &mut Vec<PathBuf>) -> Result<(), BadIn
         } else if matches!(path.extension().and_then(|ending| ending.to_str()), Some("parquet" | "csv")) {
             all.push(path);
         }
-        if all.len() > MOST {
+        if all.len() > MAX_RECORDINGS {
             let place = folder.display().to_string();
-            return Err(BadInput::new(place, format!("at most {MOST} recordings"), "more"));
+            return Err(BadInput::new(place, format!("at most {MAX_RECORDINGS} recordings"), "more"));
         }
     }
     Ok(())

@@ -18,7 +18,7 @@ use crate::arm::identify::{Row, Summary};
 use crate::{COMMIT, Context};
 
 /// Most joints whose curves over time are drawn.
-const MOST_JOINTS: usize = 8;
+const MAX_JOINTS: usize = 8;
 /// Points of a curve of friction.
 const CURVE: usize = 241;
 
@@ -125,7 +125,7 @@ pub fn errors_over_time(joints: &[JointSeries]) -> Vec<TimeChart> {
     let samples: Vec<f64> = (0..n).map(|k| k as f64).collect();
     let panels = |of: &dyn Fn(&JointSeries) -> Vec<Curve>| -> Vec<TimePanel> {
         let panel = |joint: &JointSeries| TimePanel::new(format!("{} [N m]", joint.name), of(joint));
-        joints.iter().take(MOST_JOINTS).map(panel).collect()
+        joints.iter().take(MAX_JOINTS).map(panel).collect()
     };
     let torques = panels(&|joint| {
         vec![

@@ -28,7 +28,7 @@ pub struct Shown<'a> {
 }
 
 /// Recordings that are drawn at most.
-const MOST: usize = 8;
+const MAX_DRAWN: usize = 8;
 /// Loads of a diagram.
 const LOADS: usize = 41;
 
@@ -54,7 +54,7 @@ pub(crate) fn write(
     ]);
     page.table(&["Number", "Value", "Standard error", ""], shown.rows.iter().map(Row::cells));
     page.heading("Figures");
-    for (k, (run, simulated)) in shown.runs.iter().zip(shown.simulated).take(MOST).enumerate() {
+    for (k, (run, simulated)) in shown.runs.iter().zip(shown.simulated).take(MAX_DRAWN).enumerate() {
         page.figure(&save(folder, &motion(k, run, simulated), png)?);
     }
     let speeds = over_speed(shown);

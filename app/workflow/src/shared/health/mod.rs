@@ -22,7 +22,7 @@ const DRIFT: f64 = 0.1;
 /// Change of a quantity that counts as wear, as a part of the baseline.
 const WEAR: f64 = 0.25;
 /// A lost motion counts as no less than this: a quarter of it is what recordings of a minute resolve [mm].
-const LEAST_LOST_MM: f64 = 0.2;
+const MIN_LOST_MM: f64 = 0.2;
 /// Part of the value that recordings of one healthy servo differ by beyond their standard errors: motion is never quite the same.
 const UNLIKE: f64 = 0.03;
 /// Probabilities below this are an alarm.
@@ -256,10 +256,10 @@ fn joined(series: impl Iterator<Item = (f64, Option<Estimate>)>) -> Option<Estim
     state.map(|(_, value, variance)| Estimate { value, standard_error: variance.sqrt() })
 }
 
-/// Change from the baseline as a part of it; a lost motion counts as no less than [`LEAST_LOST_MM`].
+/// Change from the baseline as a part of it; a lost motion counts as no less than [`MIN_LOST_MM`].
 fn change(quantity: Quantity, before: &Numbers, now: &Numbers) -> Option<Estimate> {
     let (before, now) = (before.get(quantity)?, now.get(quantity)?);
-    let least = if quantity == Quantity::LostMotion { LEAST_LOST_MM } else { f64::MIN_POSITIVE };
+    let least = if quantity == Quantity::LostMotion { MIN_LOST_MM } else { f64::MIN_POSITIVE };
     let scale = before.value.abs().max(least);
     let unlike = UNLIKE * scale;
     let error = now.standard_error.hypot(before.standard_error).hypot(unlike);

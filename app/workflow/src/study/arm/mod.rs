@@ -47,7 +47,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "N,...", value_delimiter = ',', default_value = "200", value_parser = crate::shared::number::count::<2000>))]
     pub trajectories: Vec<usize>,
     /// Units of each of the two hidden layers [default: 64; simulated: 4 with squares, else 16, 24 of a black-box Hamiltonian]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MOST_HIDDEN }>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_HIDDEN }>))]
     pub hidden: Option<usize>,
     /// Between the layers [default: softplus; simulated: tanh]
     #[cfg_attr(feature = "clap", arg(long, value_enum))]
@@ -60,7 +60,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::up_to::<32>))]
     pub squares: Option<u32>,
     /// Epochs of Adam at most [default: 300; simulated: 3]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MOST_EPOCHS }>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_EPOCHS }>))]
     pub epochs: Option<usize>,
     /// What goes on after Adam, in double precision [default: lbfgs; simulated: levenberg-marquardt]
     #[cfg_attr(feature = "clap", arg(long, value_enum))]

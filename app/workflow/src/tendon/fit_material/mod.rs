@@ -23,7 +23,7 @@ pub(crate) use outcome::Outcome;
 pub use outcome::{digits, standing};
 
 /// More than any set of recordings has.
-pub const MOST_STEPS: usize = 10_000_000;
+pub const MAX_STEPS: usize = 10_000_000;
 
 /// Fit modulus, zero offsets and the like to recordings
 ///
@@ -62,7 +62,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "MM", default_value_t = 0.2, value_parser = crate::shared::number::length_mm))]
     pub every_mm: f64,
     /// Most steps of an evaluation, shared evenly by the recordings: of each, the beginning
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2000, value_parser = crate::shared::number::count::<MOST_STEPS>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2000, value_parser = crate::shared::number::count::<MAX_STEPS>))]
     pub steps: usize,
     /// Largest tension that the drives can make [default: tension_max_n of the scene]; what needs more than four
     /// fifths of it fits the worse

@@ -21,7 +21,7 @@ use crate::shared::outputs::Outputs;
 use crate::{COMMIT, Context, shared::locking, shared::recording_checks};
 
 /// More than any sample needs.
-pub const MOST_ROUNDS: usize = 100;
+pub const MAX_ROUNDS: usize = 100;
 
 /// Find the auxiliary tendons' strokes that make the twin follow measured tips (CoReAct)
 #[derive(Debug, Clone)]
@@ -42,7 +42,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "MM", value_parser = crate::shared::number::length_mm))]
     pub orientation_mm: Option<f64>,
     /// Rounds of QP and simulation per sample at most
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2, value_parser = crate::shared::number::count::<MOST_ROUNDS>))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2, value_parser = crate::shared::number::count::<MAX_ROUNDS>))]
     pub rounds: usize,
     /// Let this network choose the strokes, instead of QPs
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT", conflicts_with_all = ["regularisation", "orientation_mm", "rounds"]))]

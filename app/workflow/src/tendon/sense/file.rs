@@ -11,7 +11,7 @@ use crate::{COMMIT, Context};
 const FORMAT: &str = "hysteron-force-sensor";
 const VERSION: u32 = 2;
 /// Largest file that is read [byte].
-const MOST: u64 = 1 << 20;
+const MAX_BYTES: u64 = 1 << 20;
 
 /// The robot that a sensor is for: hashes of its scene, and of its network where it has one.
 pub struct Robot<'a> {
@@ -33,7 +33,7 @@ pub fn value(sensor: &ForceSensor, robot: &Robot, recordings: Value, context: &C
 /// Not such a file, damaged, or of another robot.
 pub fn read(path: &Path, robot: &Robot) -> anyhow::Result<ForceSensor> {
     let place = path.display().to_string();
-    let bytes = file::read_up_to(path, MOST)?;
+    let bytes = file::read_up_to(path, MAX_BYTES)?;
     let found: Value = json::from_text(&bytes)
         .map_err(|error| BadInput::new(&place, "a sensor by hysteron fit-sensor", error.to_string()))?;
     let (format, version) = (found["format"].as_str().unwrap_or("none"), &found["version"]);

@@ -13,12 +13,12 @@ use crate::shared::run::resting;
 /// Smallest distance of the goals along the curve, and on the way to it [m]; larger on a long curve, which then has
 /// so many goals.
 const SPACING: f64 = 1e-3;
-const MOST_GOALS: f64 = 150.0;
+const MAX_GOALS: f64 = 150.0;
 /// Goals of a whole curve from the first on that is out of reach: each costs as much as many within, as the twin is
 /// bent as far as it goes.
 const GOALS_BEYOND: usize = 3;
 /// How exactly the place is found that is nearest to one of them, as a part of the distance [-].
-const LEAST_GAIN: f64 = 0.05;
+const MIN_GAIN: f64 = 0.05;
 /// As `hysteron reach`: enough to choose among strokes that reach a goal alike, too little to hold the tip back.
 const REGULARISATION: f64 = 1e-6;
 
@@ -66,7 +66,7 @@ impl Reach {
         let at_rest: Vec<Target> = twin.tendons.iter().map(resting).collect();
         stepper.step(&twin, &at_rest)?;
         let rest = twin.tip_of(stepper.state());
-        let spacing = SPACING.max(target.outline.length() / MOST_GOALS);
+        let spacing = SPACING.max(target.outline.length() / MAX_GOALS);
         let curve = target.outline.evenly(spacing);
         let way = way_to(curve[0], spacing);
         let mut reach = Self::none(scene, tolerance);
@@ -78,8 +78,7 @@ impl Reach {
                 return Err(Cancelled::new("; nothing was written").into());
             }
             let position = std::array::from_fn(|c| is_asked(c).then(|| rest[c] + goal[c]));
-            let asked =
-                TipGoal { position, tolerance, regularisation: REGULARISATION, least_gain: LEAST_GAIN };
+            let asked = TipGoal { position, tolerance, regularisation: REGULARISATION, least_gain: MIN_GAIN };
             let before = stepper.state().clone();
             match stepper.reach(&twin, &asked, &targets) {
                 Ok(_) => {}

@@ -19,7 +19,7 @@ use crate::Context;
 use crate::arm::record;
 
 /// How far the rate of the bus may be from that of the actuator, as a part of it.
-const MOST_RATE_OFF: f64 = 0.1;
+const MAX_RATE_OFF: f64 = 0.1;
 /// Measured quantities of every motor in a row: q, goal, dq, current, voltage, temperature, pwm.
 const QUANTITIES: usize = 7;
 
@@ -166,7 +166,7 @@ fn check(config: &ArmsConfig, actuator: &NeuralActuator) -> Result<(), BadInput>
         return Err(BadInput::new("follower", "servos that measure their current", found));
     }
     let (own, found) = (1.0 / actuator.simulation.period, 1.0 / config.period);
-    if (found / own - 1.0).abs() > MOST_RATE_OFF {
+    if (found / own - 1.0).abs() > MAX_RATE_OFF {
         let expected = format!("{own:.1} Hz, as the actuator was trained, within 10 %");
         return Err(BadInput::new("rate_hz", expected, format!("{found:.1} Hz")));
     }

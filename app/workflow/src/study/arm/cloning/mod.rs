@@ -38,7 +38,7 @@ const STAYS: f64 = 2.0;
 /// Rate at which the expert's lead follows the error [1/s].
 const EXPERT: f64 = 2.5;
 /// Furthest that goals lead [rad].
-const MOST_LEAD: f64 = 0.25;
+const MAX_LEAD: f64 = 0.25;
 /// Every so many rows of a demonstration are learned from.
 const STRIDE: usize = 4;
 /// Jaws that hold the object [m].
@@ -149,7 +149,7 @@ impl Expert {
         let passed = reading.time - self.last.replace(reading.time).unwrap_or(reading.time);
         for (k, lead) in self.lead.iter_mut().enumerate() {
             let error = planned[k] - reading.position[k];
-            *lead = (*lead + EXPERT * passed * error).clamp(-MOST_LEAD, MOST_LEAD);
+            *lead = (*lead + EXPERT * passed * error).clamp(-MAX_LEAD, MAX_LEAD);
         }
         led(planned, &self.lead)
     }
@@ -245,7 +245,7 @@ impl Policy {
 
     fn lead(&self, tape: &mut MlpTape<f32>, raw: &[f64]) -> Vec<f64> {
         let inputs: Vec<f32> = self.scaled(raw).collect();
-        let most = |y: &f32| (self.leads * f64::from(*y)).clamp(-MOST_LEAD, MOST_LEAD);
+        let most = |y: &f32| (self.leads * f64::from(*y)).clamp(-MAX_LEAD, MAX_LEAD);
         tape.forward(&self.parameters, &inputs).iter().map(most).collect()
     }
 }
