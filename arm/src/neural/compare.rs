@@ -1,16 +1,15 @@
 //! `Comparison`: an actuator compared with its baselines on trajectories that it was not trained on.
 
-use std::collections::BTreeMap;
-
 use hysteron_base::{BadInput, json, parallel};
-use serde_json::Value;
 
 use super::actuator::NeuralActuator;
+use super::comparison_scores::{
+    ActuatorComparison, ByHorizon, ByMethod, ComparisonFormat, ForceSource, ForcesBySource, METHODS,
+    TaskScores, TaskTrace,
+};
 use super::condition::{ConditionSaid, DetectorScores, detectors};
 use super::data::Trajectory;
-use super::evaluate::{
-    ForceScores, PoseScores, Rollout, condition_scores, force_scores, pose_scores, roll_out,
-};
+use super::evaluate::{PoseScores, Rollout, condition_scores, force_scores, pose_scores, roll_out};
 use super::fit::Rivals;
 use super::loss::length;
 use super::observations::telemetry;
@@ -20,18 +19,6 @@ use super::sensing::{Sensed, Sensing};
 use super::simulation::{Simulation, SimulationOptions};
 use crate::Model;
 use crate::servo_force::Observers;
-
-/// Horizons of the paper's tables [steps].
-pub const HORIZONS: [usize; 4] = [100, 300, 500, 600];
-
-/// Methods compared, in the order of the table.
-pub const METHODS: [&str; 5] = [
-    "network, recorded currents (as published)",
-    "network, pure simulation (currents of the drive model)",
-    "copy the goal",
-    "copy the goal, lag and droop fitted",
-    "servo identified by rollout",
-];
 
 /// One task: its trajectories, the positions of every method, and the network's other outputs.
 struct Task {
@@ -80,14 +67,6 @@ fn said(rollout: &Rollout) -> ConditionSaid {
 
 /// Forces and probabilities of contact, row by row.
 type Said = (Vec<[f64; 3]>, Vec<f64>);
-
-/// Who says forces, in the order of the table: key and name.
-pub const FORCES: [(&str, &str); 4] = [
-    ("force", "network, recorded telemetry"),
-    ("force_gmo_linear", "GMO-linear"),
-    ("force_gmo_drive", "GMO-drive"),
-    ("force_pure", "network, pure simulation"),
-];
 
 /// An actuator and its baselines on the trajectories of some tasks.
 pub struct Comparison<'a> {
@@ -192,64 +171,58 @@ impl<'a> Comparison<'a> {
     }
 
     /// Every number of the comparison.
-    pub fn summary(&self) -> Value {
-        let Self { actuator, rivals, tasks, .. } = self;
-        let features = &actuator.features;
-        let poses = |task: &Task, method: usize| -> BTreeMap<String, PoseScores> {
-            let of = |h: usize| {
-                (h.to_string(), pose_scores(features, &task.trajectories, &task.positions[method], h))
-            };
-            HORIZONS.map(of).into_iter().collect()
-        };
-        let contact = rivals.observers.as_ref().map_or([f64::INFINITY; 2], |own| own.contact);
-        let forces = |tasks: &[&Task]| -> BTreeMap<&str, Option<ForceScores>> {
-            let trajectories: Vec<Trajectory> =
-                tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
-            let all: Vec<_> = tasks.iter().map(|task| task.forces(contact)).collect();
-            let one = |(k, (key, _)): (usize, &(&'static str, &str))| {
-                let said: Option<Vec<Vec<Said>>> = all.iter().map(|task| task[k].clone()).collect();
-                let scores = |said: Vec<Vec<Said>>| {
-                    force_scores(&trajectories, &said.concat(), (usize::MAX, actuator.contact))
-                };
-                (*key, said.and_then(scores))
-            };
-            FORCES.iter().enumerate().map(one).collect()
-        };
-        let of_task = |task: &Task| {
-            let methods: BTreeMap<&str, _> =
-                METHODS.iter().enumerate().map(|(k, name)| (*name, poses(task, k))).collect();
-            json!({
-                "task": task.name, "trajectories": task.trajectories.len(), "poses": methods,
-                "forces": forces(&[task]),
-            })
+    pub fn summary(&self) -> ActuatorComparison {
+        let Self { actuator, tasks, .. } = self;
+        let of_task = |task: &Task| TaskScores {
+            task: task.name.clone(),
+            trajectories: task.trajectories.len(),
+            poses: ByMethod::from_fn(|method| ByHorizon::from_fn(|h| self.poses(task, method, h))),
+            forces: self.forces(&[task]),
         };
         let all: Vec<Trajectory> = tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
         let conditions: Vec<Vec<f64>> =
             tasks.iter().flat_map(Task::conditions).map(|said| said.network).collect();
-        json!({
-            "format": "hysteron-neural-evaluation", "version": 2, "mean_deg": self.means(&|own| Some(own.mean_deg())),
-            "mean_gripper_mm": self.means(&|own| own.gripper_mm), "forces": forces(&tasks.iter().collect::<Vec<_>>()),
-            "force_from": if actuator.sensing.is_some() { "observer" } else { "loop" },
-            "condition_accuracy_auc": condition_scores(&all, &conditions),
-            "tasks": tasks.iter().map(of_task).collect::<Vec<_>>(), "left_out": actuator.details["left_out"],
-            "trained_on": actuator.details["recordings"].as_array().map_or(0, Vec::len),
+        ActuatorComparison {
+            format: ComparisonFormat::Evaluation,
+            version: 2,
+            mean_deg: self.means(&|own| Some(own.mean_deg())),
+            mean_gripper_mm: self.means(&|own| own.gripper_mm),
+            forces: self.forces(&tasks.iter().collect::<Vec<_>>()),
+            force_from: if actuator.sensing.is_some() { ForceSource::Observer } else { ForceSource::Loop },
+            condition_accuracy_auc: condition_scores(&all, &conditions),
+            tasks: tasks.iter().map(of_task).collect(),
+            left_out: json::from_value(&actuator.details["left_out"]).ok(),
+            trained_on: actuator.details["recordings"].as_array().map_or(0, Vec::len),
+        }
+    }
+
+    fn poses(&self, task: &Task, method: usize, horizon: usize) -> PoseScores {
+        pose_scores(&self.actuator.features, &task.trajectories, &task.positions[method], horizon)
+    }
+
+    /// Scores of the forces of every source, over the trajectories of these tasks.
+    fn forces(&self, tasks: &[&Task]) -> ForcesBySource {
+        let contact = self.contact_thresholds();
+        let trajectories: Vec<Trajectory> = tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
+        let all: Vec<_> = tasks.iter().map(|task| task.forces(contact)).collect();
+        ForcesBySource::from_fn(|k| {
+            let said: Option<Vec<Vec<Said>>> = all.iter().map(|task| task[k].clone()).collect();
+            force_scores(&trajectories, &said?.concat(), (usize::MAX, self.actuator.contact))
         })
     }
 
+    /// Forces above which either observer reports a contact [N].
+    fn contact_thresholds(&self) -> [f64; 2] {
+        self.rivals.observers.as_ref().map_or([f64::INFINITY; 2], |own| own.contact)
+    }
+
     /// Of every method and horizon, the mean over the tasks of a score; `None` where a task has none.
-    fn means(
-        &self,
-        of: &dyn Fn(&PoseScores) -> Option<f64>,
-    ) -> BTreeMap<&str, BTreeMap<String, Option<f64>>> {
-        let Self { actuator, tasks, .. } = self;
+    fn means(&self, of: &dyn Fn(&PoseScores) -> Option<f64>) -> ByMethod<ByHorizon<Option<f64>>> {
         let mean = |method: usize, horizon: usize| -> Option<f64> {
-            let one = |task: &Task| {
-                of(&pose_scores(&actuator.features, &task.trajectories, &task.positions[method], horizon))
-            };
-            Some(tasks.iter().map(one).sum::<Option<f64>>()? / tasks.len() as f64)
+            let one = |task: &Task| of(&self.poses(task, method, horizon));
+            Some(self.tasks.iter().map(one).sum::<Option<f64>>()? / self.tasks.len() as f64)
         };
-        let by_horizon = |method: usize| HORIZONS.iter().map(|h| (h.to_string(), mean(method, *h))).collect();
-        METHODS.iter().enumerate().map(|(k, name)| (*name, by_horizon(k))).collect()
+        ByMethod::from_fn(|method| ByHorizon::from_fn(|horizon| mean(method, horizon)))
     }
 
     /// Detectors of a degraded motor, fitted to `training`, and the network, on tasks whose name begins so.
@@ -277,7 +250,7 @@ impl<'a> Comparison<'a> {
 
     /// The first trajectory of a task over time, with every method's positions [rad] joint by joint and forces along z [N]; `None` without
     /// that task.
-    pub fn trace(&self, task: &str, period: f64) -> Option<Value> {
+    pub fn trace(&self, task: &str, period: f64) -> Option<TaskTrace> {
         let task = self.tasks.iter().find(|one| one.name == task)?;
         let first = task.trajectories.first()?;
         let features = &self.actuator.features;
@@ -286,16 +259,16 @@ impl<'a> Comparison<'a> {
             let joint = |k: usize| positions.iter().skip(k).step_by(m).take(rows).copied().collect();
             (0..features.joints).map(joint).collect()
         };
-        let methods: Vec<_> = task.positions.iter().map(|own| joints(&own[0])).collect();
-        let contact = self.rivals.observers.as_ref().map_or([f64::INFINITY; 2], |own| own.contact);
         let z = |said: Option<Vec<Said>>| -> Option<Vec<f64>> {
             Some(said?.first()?.0.iter().take(rows).map(|force| force[2]).collect())
         };
-        let forces: Vec<_> = task.forces(contact).into_iter().map(z).collect();
-        let label: Vec<f64> = first.force.iter().take(rows).map(|f| f.unwrap_or_default()[2]).collect();
-        Some(json!({
-            "task": task.name, "time_s": (0..rows).map(|row| period * row as f64).collect::<Vec<_>>(),
-            "measured_rad": joints(&positions_of(features, first)), "methods_rad": methods, "label_n": label, "forces_n": forces,
-        }))
+        Some(TaskTrace {
+            task: task.name.clone(),
+            time_s: (0..rows).map(|row| period * row as f64).collect(),
+            measured_rad: joints(&positions_of(features, first)),
+            methods_rad: task.positions.iter().map(|own| joints(&own[0])).collect(),
+            label_n: first.force.iter().take(rows).map(|f| f.unwrap_or_default()[2]).collect(),
+            forces_n: task.forces(self.contact_thresholds()).into_iter().map(z).collect(),
+        })
     }
 }

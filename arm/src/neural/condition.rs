@@ -5,7 +5,8 @@
 
 use hysteron_base::BadInput;
 use hysteron_learn::ridge::NormalEquations;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use smartcore::ensemble::random_forest_regressor::{RandomForestRegressor, RandomForestRegressorParameters};
 use smartcore::linalg::basic::matrix::DenseMatrix;
 use smartcore::svm::Kernels;
@@ -32,10 +33,10 @@ const MAX_WINDOWS: usize = 2000;
 pub const EVIDENCE: &str = "likelihood of identified faults";
 
 /// A detector's windows: how healthy each looks, and whether it is.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DetectorScores {
     /// Name of the detector.
-    pub name: &'static str,
+    pub name: String,
     /// Share of windows that are classified correctly, at the threshold that does best on the training
     /// windows [-].
     pub accuracy: f64,
@@ -214,7 +215,7 @@ pub fn detectors(
         let threshold = best_threshold(&known);
         let right = asked.iter().filter(|(score, is)| (*score >= threshold) == *is).count();
         let area = area_under_curve(&asked).unwrap_or(f64::NAN);
-        all.push(DetectorScores { name, accuracy: right as f64 / asked.len() as f64, area });
+        all.push(DetectorScores { name: name.to_owned(), accuracy: right as f64 / asked.len() as f64, area });
     };
     add("threshold on the current", [&known.simple[0], &asked.simple[0]]);
     add("threshold on identified friction", [&known.simple[1], &asked.simple[1]]);

@@ -1,6 +1,7 @@
 //! How well an actuator does: rollouts by horizon, forces, contact, condition.
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::actuator::NeuralActuator;
 use super::closed_loop::ClosedLoop;
@@ -50,7 +51,7 @@ pub fn roll_out(
 }
 
 /// Mean absolute errors of poses over the first steps of rollouts.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PoseScores {
     /// Of each joint [deg].
     pub joints_deg: Vec<f64>,
@@ -92,7 +93,7 @@ pub fn pose_scores(
 }
 
 /// Errors of forces over the samples that have a label.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ForceScores {
     /// Mean absolute error of the three axes, over all labelled samples, as published [N].
     pub mean_of_axes_n: f64,

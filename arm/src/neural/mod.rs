@@ -5,6 +5,7 @@ mod actuator;
 mod adapt;
 mod closed_loop;
 mod compare;
+mod comparison_scores;
 mod condition;
 mod current;
 mod data;
@@ -39,7 +40,11 @@ mod warm_start;
 
 pub use actuator::NeuralActuator;
 pub use closed_loop::{ClosedLoop, LoopGradient};
-pub use compare::{Comparison, FORCES, HORIZONS, METHODS};
+pub use compare::Comparison;
+pub use comparison_scores::{
+    ActuatorComparison, ByHorizon, ByMethod, ComparisonFormat, FORCES, ForceSource, ForcesBySource, HORIZONS,
+    METHODS, TaskScores, TaskTrace,
+};
 pub use condition::{ConditionSaid, DetectorScores, EVIDENCE, detectors};
 pub use current::CurrentModel;
 pub use data::{MIN_ROWS, Trajectory, Unlabelled, gripper_of, trajectory_of};

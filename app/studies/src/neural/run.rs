@@ -181,7 +181,7 @@ fn compared(
         }
         comparison.add(task.to_owned(), trajectories)?;
     }
-    let mut row = comparison.summary();
+    let mut row = json!(comparison.summary());
     row["validation_deg"] = json!(found.validation);
     row["parameters"] = json!(options.shape(&data.features).n_parameters());
     row["trained_on"] = json!(training.len());

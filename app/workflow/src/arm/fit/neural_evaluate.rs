@@ -72,7 +72,7 @@ pub(super) fn run(
         bar.inc(1);
     }
     bar.finish();
-    let mut summary = comparison.summary();
+    let mut summary = json::to_value(comparison.summary())?;
     if !known.is_empty() {
         let known = read(&known)?;
         let wanted = (&actuator.features, actuator.simulation.period, places.free);
