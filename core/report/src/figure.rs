@@ -6,8 +6,8 @@
 //! is the same on a machine without fonts; an SVG is shown in the viewer's own sans-serif.
 
 use std::path::Path;
+use std::sync::LazyLock;
 
-use anyhow::anyhow;
 use plotters::prelude::*;
 use plotters::style::register_font;
 use png::{ColorType, Encoder};
@@ -62,11 +62,14 @@ const WIDE: f64 = 600.0;
 const MAX_WIDTH: f64 = 944.0;
 const AIR: f64 = 4.0;
 
-/// Registers the font that figures are measured with.
+/// Registers the font that figures are measured with; once is enough for a program.
 pub fn register_embedded_font() -> anyhow::Result<()> {
-    let font = include_bytes!("../assets/DejaVuSans-subset.ttf");
-    register_font("sans-serif", FontStyle::Normal, font)
-        .map_err(|_| anyhow!("the embedded font cannot be read"))
+    static IS_READABLE: LazyLock<bool> = LazyLock::new(|| {
+        let font = include_bytes!("../assets/DejaVuSans-subset.ttf");
+        register_font("sans-serif", FontStyle::Normal, font).is_ok()
+    });
+    anyhow::ensure!(*IS_READABLE, "the embedded font cannot be read");
+    Ok(())
 }
 
 /// Writes a figure as `NAME.svg`, and as `NAME.png` where asked, to `folder`.

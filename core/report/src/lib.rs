@@ -3,18 +3,28 @@
 //!
 //! From the bottom up, each file knowing only those before it: `maker` (who made a file), `axis`, `simplify`;
 //! `sheet` and
-//! `figure` (sizes, fonts, tiles, files); `lines`, `series` (panels over time), `scatter` (clouds); `verdict` (whether a
-//! result can be used), `page` (reports).
+//! `figure` (sizes, fonts, tiles, files); the blocks that reports draw: `lines`, `series`, `strokes` (panels over time), `scatter`
+//! (clouds), `plane`, `overlay`, `error_path`, `target_map`, `path_views` (paths), `heat_map` (where samples are),
+//! `body_views` (a deformed body); `verdict` (whether a result can be used), `page` (reports), `folder` (their files).
 
 pub mod axis;
+pub mod body_views;
+pub mod error_path;
 pub mod figure;
+pub mod folder;
+pub mod heat_map;
 mod legend;
 pub mod lines;
 pub mod maker;
+pub mod overlay;
 pub mod page;
+pub mod path_views;
+pub mod plane;
 pub mod scatter;
 pub mod series;
 pub mod sheet;
 pub mod simplify;
+pub mod strokes;
+pub mod target_map;
 pub mod text;
 pub mod verdict;

@@ -6,11 +6,11 @@ use std::path::Path;
 use hysteron_control::inverse::{Axes, Workspace};
 use plotters::prelude::*;
 
-use super::tracking::square_around;
 use crate::shared::inputs::Input;
 use crate::tendon::generate::{Outcome, SyntheticTrajectory, tip_of};
 use hysteron_report::figure::{Entry, Figure, register_embedded_font, save};
 use hysteron_report::page::{Page, write_metrics, write_page};
+use hysteron_report::plane::square_around;
 use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
 
 const HULL: RGBColor = COLORS[6];

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use hysteron_base::{Metadata, Recording};
 
-use super::shapes::{CommandAndTip, NamedShape};
 use crate::rig::record::{Outcome, RecordedTrajectory};
 use crate::shared::health::Health;
+use crate::shared::shapes::{NamedShape, TipShapes};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Shaded, TimeChart, spans, without_gaps};
 use hysteron_report::page::{Page, write_metrics, write_page};
@@ -37,8 +37,8 @@ pub fn write(folder: &Path, data: &DataSet, with_png: bool) -> anyhow::Result<Ou
     let (shown, n_more) = representatives(data.recordings);
     let moving: Vec<(&str, &Recording)> =
         shown.iter().copied().filter(|it| has_shape(data.angles, it)).collect();
-    let figure = if moving.is_empty() { None } else { CommandAndTip::new(data.angles, &moving).ok() };
-    let drawn = figure.as_ref().map(|figure| save(folder, figure, with_png)).transpose()?;
+    let figure = if moving.is_empty() { None } else { TipShapes::new(data.angles, &moving).ok() };
+    let drawn = figure.as_ref().map(|shapes| save(folder, &shapes.figure(), with_png)).transpose()?;
     let outcome = Outcome {
         tip_range_m: Some(tip_range(data.recordings)),
         shapes: figure.map_or(vec![], |figure| figure.numbers()),
@@ -90,7 +90,7 @@ fn filled_in(recordings: &[(String, Recording)]) -> usize {
 
 /// Whether a recording moved enough to be drawn as command and tip.
 fn has_shape(angles: &[f64], recording: &(&str, &Recording)) -> bool {
-    CommandAndTip::new(angles, std::slice::from_ref(recording)).is_ok()
+    TipShapes::new(angles, std::slice::from_ref(recording)).is_ok()
 }
 
 /// The recordings that are shown, and how many are not: the first of every family, then those that are not for

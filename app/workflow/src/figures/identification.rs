@@ -6,7 +6,6 @@ use hysteron_base::Recording;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::auxiliary_strokes;
 use crate::shared::recording_checks::Findings;
 use crate::shared::verdict::ratio;
 use crate::tendon::identify::summary::Row;
@@ -15,6 +14,7 @@ use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::TimeChart;
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::series::{MEASURED, TWIN, Tip, UNCORRECTED, error_panel, millimetres, tip_panels};
+use hysteron_report::strokes::auxiliary_strokes;
 use hysteron_report::verdict::{Criterion, Verdict};
 
 /// Recordings that are drawn at most: those with the largest error that is left.

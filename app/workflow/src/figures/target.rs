@@ -5,11 +5,12 @@ use std::path::Path;
 use hysteron_control::TargetPath;
 use plotters::prelude::*;
 
-use super::tracking::{TARGET, dashes, square_around};
+use super::tracking::TARGET;
 use crate::tendon::target::Outcome;
 use crate::tendon::target::reach::Reach;
 use hysteron_report::figure::{Entry, Figure, register_embedded_font, save};
 use hysteron_report::page::{Page, write_metrics, write_page};
+use hysteron_report::plane::{dashes, square_around};
 use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet};
 use hysteron_report::simplify::{between_sharp_turns, simplified};
 

@@ -10,6 +10,7 @@ use crate::tendon::evaluate::{Commanded, Outcome, Row, ScoredRecordings, cells, 
 use hysteron_report::figure::{Drawn, Figure, register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
+use hysteron_report::plane::{dashes, square_around};
 use hysteron_report::series::millimetres;
 use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
 use hysteron_report::simplify::{between_sharp_turns, simplified};
@@ -182,17 +183,6 @@ impl Overlay {
     }
 }
 
-/// Middle and half the side of a square around all points, with some air.
-pub fn square_around<'a>(points: impl Iterator<Item = &'a (f64, f64)>) -> ([f64; 2], f64) {
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for (x, y) in points {
-        low = [low[0].min(*x), low[1].min(*y)];
-        high = [high[0].max(*x), high[1].max(*y)];
-    }
-    let half = 0.54 * (high[0] - low[0]).max(high[1] - low[1]).max(1e-3);
-    ([0, 1].map(|c| 0.5 * (low[c] + high[c])), half)
-}
-
 impl Figure for Overlay {
     fn name(&self) -> String {
         "tracking".into()
@@ -246,50 +236,9 @@ fn shades(panel: &Panel, largest: f64) -> Vec<(f64, Vec<(f64, f64)>)> {
     pieces
 }
 
-/// Every other part of this length of a line.
-pub fn dashes(line: &[(f64, f64)], length: f64) -> Vec<Vec<(f64, f64)>> {
-    let mut dashes = vec![vec![line[0]]];
-    let (mut is_drawn, mut left) = (true, length);
-    for pair in line.windows(2) {
-        let (mut from, to) = (pair[0], pair[1]);
-        loop {
-            let rest = (to.0 - from.0).hypot(to.1 - from.1);
-            let part = if rest > 0.0 { (left / rest).min(1.0) } else { 1.0 };
-            let at = (from.0 + part * (to.0 - from.0), from.1 + part * (to.1 - from.1));
-            if let (true, Some(dash)) = (is_drawn, dashes.last_mut()) {
-                dash.push(at);
-            }
-            left -= part * rest;
-            from = at;
-            if part >= 1.0 && left > 0.0 {
-                break;
-            }
-            (is_drawn, left) = (!is_drawn, length);
-            if is_drawn {
-                dashes.push(vec![at]);
-            }
-        }
-    }
-    // One that would begin where the line ends.
-    dashes.retain(|dash| dash[0] != dash[dash.len() - 1]);
-    dashes
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn dashes_cover_half_of_a_line() {
-        let line = [(0.0, 0.0), (3.0, 0.0), (3.0, 5.0)];
-        let drawn = dashes(&line, 1.0);
-        assert_eq!(drawn.len(), 4);
-        assert_eq!(drawn[1], [(2.0, 0.0), (3.0, 0.0)]);
-        let length = |dash: &Vec<(f64, f64)>| {
-            dash.windows(2).map(|pair| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1)).sum::<f64>()
-        };
-        assert!((drawn.iter().map(length).sum::<f64>() - 4.0).abs() < 1e-12);
-    }
 
     #[test]
     fn every_piece_of_a_path_is_drawn_in_its_shade() {

@@ -19,5 +19,6 @@ pub(crate) mod recording_checks;
 pub(crate) mod resume;
 pub mod robot_file;
 pub(crate) mod run;
+pub(crate) mod shapes;
 pub mod verdict;
 pub mod watchdog;

@@ -5,9 +5,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::summary::RecordedTrajectory;
-use crate::figures::shapes::NamedShape;
 use crate::shared::health::Health;
 use crate::shared::outcome::MetricsFormat;
+use crate::shared::shapes::NamedShape;
 
 /// The outcome of `record`: its recordings, and with a report what they show.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]

@@ -5,8 +5,10 @@
 //! the robot does in a sample is the one difference between the verbs: it follows strokes, or reaches for a goal.
 
 mod command;
+mod figures;
 mod goals;
 mod outcome;
+mod page;
 mod residual;
 mod series;
 mod summary;
@@ -20,14 +22,16 @@ use std::time::Instant;
 use anyhow::Context as _;
 use hysteron_base::{BadInput, Metadata, Recording, Scene, file};
 use hysteron_control::score::score;
+use hysteron_report::folder::ReportFolder;
 use hysteron_twin::{Stepper, Twin, TwinState};
 
-use crate::figures;
 use crate::shared::error::Cancelled;
 use crate::shared::locking::{Estimator, RunLocking, tip_distance};
 use crate::shared::network::Network;
 use crate::shared::outputs::Outputs;
 use crate::shared::paths;
+use crate::shared::plan::angles_of;
+use crate::shared::shapes::TipShapes;
 use crate::{COMMIT, Context};
 use command::Command;
 pub use command::resting;
@@ -225,10 +229,11 @@ pub fn run(
         farthest: (farthest.0, &farthest.1),
         summary: &summary,
     };
-    let shape = figures::command_and_tip(&run);
-    let outcome = Outcome::new(&run, shape.as_ref().map_or(vec![], |figure| figure.numbers()));
+    let shapes = shapes(&run);
+    let outcome = Outcome::new(&run, shapes.as_ref().map_or(vec![], TipShapes::numbers));
     if let Some(folder) = &options.figures {
-        figures::write(folder, &run, (&outcome, shape.as_ref()), options.png)
+        let report = ReportFolder { path: folder, png: options.png };
+        page::write(&report, &run, &outcome, shapes.as_ref())
             .with_context(|| format!("writing figures to {}", folder.display()))?;
         context.reported(folder);
     }
@@ -241,6 +246,14 @@ pub fn run(
     summary.log();
     context.wrote(&options.out);
     Ok(outcome)
+}
+
+/// Command and tip of a run that followed strokes, where the tendons bend in two directions and something moved.
+fn shapes(run: &Run) -> Option<TipShapes> {
+    match run.task {
+        Task::Simulate => TipShapes::new(&angles_of(run.scene), &[(&run.scene.name, run.recording)]).ok(),
+        Task::Reach(_) => None,
+    }
 }
 
 /// Steps through the samples that `trace` does not have yet.

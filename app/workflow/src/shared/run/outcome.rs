@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::goals::Goals;
 use super::summary::RunSummary;
-use crate::figures::shapes::NamedShape;
 use crate::shared::outcome::MetricsFormat;
+use crate::shared::shapes::NamedShape;
 
 /// The outcome of `simulate` and of `reach`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]

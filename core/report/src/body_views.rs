@@ -1,34 +1,51 @@
-//! A picture of the deformed robot with its tendons, from two sides.
+//! A deformed body with the lines that pull it, from two sides.
 //!
 //! Orthographic; faces are drawn from the farthest to the nearest (painter's algorithm), which is right for small
-//! faces that do not cut each other. Tendons are drawn over the body, as if it were transparent.
+//! faces that do not cut each other. Lines are drawn over the body, as if it were transparent.
 
 use anyhow::Result;
-use hysteron_twin::TwinState;
 use plotters::prelude::*;
 
-use crate::shared::run::Run;
-use hysteron_report::figure::Figure;
-use hysteron_report::sheet::{BELOW, Chart, LEFT, Sheet, number, padded, ramp};
+use crate::figure::Figure;
+use crate::sheet::{BELOW, Chart, LEFT, Sheet, number, padded, ramp};
 
-/// Rest and deformed shape of the robot.
-pub struct RobotPicture {
-    name: String,
-    time: f64,
-    /// Faces of the surface, seen from outside counter-clockwise.
-    faces: Vec<[u32; 3]>,
-    /// Points at rest and deformed [mm].
-    rest: Vec<[f64; 3]>,
-    moved: Vec<[f64; 3]>,
-    tendons: Vec<DrawnTendon>,
+/// A body at rest and deformed, with its lines.
+pub struct BodyViews {
+    /// Name of the file.
+    pub name: String,
+    /// Title.
+    pub title: String,
+    /// Caption: the content of the figure.
+    pub caption: String,
+    /// Faces of the surface, seen from outside counter-clockwise: indices of points.
+    pub faces: Vec<[u32; 3]>,
+    /// Points at rest (n_points) [mm].
+    pub rest: Vec<[f64; 3]>,
+    /// The same points, deformed (n_points) [mm].
+    pub moved: Vec<[f64; 3]>,
+    /// Lines that pull the body.
+    pub lines: Vec<TensionLine>,
 }
 
-struct DrawnTendon {
-    name: String,
-    is_primary: bool,
+/// A line that pulls a body.
+pub struct TensionLine {
+    /// Name beside the colour bar.
+    pub name: String,
+    /// Weight in the figure.
+    pub rank: Rank,
     /// Points [mm].
-    line: Vec<[f64; 3]>,
-    tension: f64,
+    pub points: Vec<[f64; 3]>,
+    /// Tension [N]; 0 is slack.
+    pub tension: f64,
+}
+
+/// Weight of a line in a figure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rank {
+    /// Drawn wide, its tension beside the colour bar.
+    Primary,
+    /// Drawn thin, without its tension in figures.
+    Auxiliary,
 }
 
 /// A direction to look from.
@@ -55,25 +72,9 @@ const GHOST_EDGE: RGBColor = RGBColor(170, 176, 184);
 const GHOST: RGBColor = RGBColor(246, 247, 249);
 const SLACK: RGBColor = RGBColor(90, 96, 104);
 
-impl RobotPicture {
-    /// The robot of a run where its tip was farthest from rest.
-    pub fn new(run: &Run) -> Self {
-        let (row, state) = run.farthest;
-        let mm = |points: &[[f64; 4]]| -> Vec<[f64; 3]> {
-            points.iter().map(|[x, y, z, _]| [1e3 * x, 1e3 * y, 1e3 * z]).collect()
-        };
-        Self {
-            name: run.scene.name.clone(),
-            time: run.recording.time()[row.min(run.recording.n_samples() - 1)],
-            faces: run.twin.body.cells.surface(),
-            rest: mm(&run.twin.body.rest),
-            moved: mm(&state.positions),
-            tendons: tendons(run, state),
-        }
-    }
-
-    fn most_tension(&self) -> f64 {
-        self.tendons.iter().map(|tendon| tendon.tension.abs()).fold(0.0, f64::max)
+impl BodyViews {
+    fn max_tension(&self) -> f64 {
+        self.lines.iter().map(|line| line.tension.abs()).fold(0.0, f64::max)
     }
 
     fn draw_view<DB: DrawingBackend>(&self, sheet: &Sheet<DB>, view: &View, mm_per_px: f64) -> Result<()>
@@ -91,7 +92,7 @@ impl RobotPicture {
         let mut chart = sheet.chart(x, y, &names[0], &names[1])?;
         self.draw_ghost(sheet, &mut chart, view)?;
         self.draw_body(sheet, &mut chart, view)?;
-        self.draw_tendons(sheet, &mut chart, view)
+        self.draw_lines(sheet, &mut chart, view)
     }
 
     /// The outline of the rest shape: the faces with thick edges, then without.
@@ -138,7 +139,7 @@ impl RobotPicture {
         Ok(())
     }
 
-    fn draw_tendons<DB: DrawingBackend>(
+    fn draw_lines<DB: DrawingBackend>(
         &self,
         sheet: &Sheet<DB>,
         chart: &mut Chart<DB>,
@@ -147,39 +148,39 @@ impl RobotPicture {
     where
         DB::ErrorType: 'static,
     {
-        let most = self.most_tension();
-        let mut order: Vec<&DrawnTendon> = self.tendons.iter().collect();
+        let most = self.max_tension();
+        let mut order: Vec<&TensionLine> = self.lines.iter().collect();
         // The tightest last, so that it is never covered.
         order.sort_by(|a, b| a.tension.abs().total_cmp(&b.tension.abs()));
-        for tendon in order {
-            let line: Vec<(f64, f64)> =
-                tendon.line.iter().map(|point| (point[view.axes[0]], point[view.axes[1]])).collect();
-            let thin = if tendon.is_primary { 1.0 } else { 0.5 };
-            if tendon.tension == 0.0 {
-                chart.draw_series([PathElement::new(line, sheet.line(SLACK, 1.2 * thin))])?;
+        for line in order {
+            let points: Vec<(f64, f64)> =
+                line.points.iter().map(|point| (point[view.axes[0]], point[view.axes[1]])).collect();
+            let thin = if line.rank == Rank::Primary { 1.0 } else { 0.5 };
+            if line.tension == 0.0 {
+                chart.draw_series([PathElement::new(points, sheet.line(SLACK, 1.2 * thin))])?;
                 continue;
             }
-            let color = ramp(tendon.tension.abs() / most);
-            chart.draw_series([PathElement::new(line.clone(), sheet.line(WHITE, 5.0 * thin))])?;
-            chart.draw_series([PathElement::new(line, sheet.line(color, 3.2 * thin))])?;
+            let color = ramp(line.tension.abs() / most);
+            chart.draw_series([PathElement::new(points.clone(), sheet.line(WHITE, 5.0 * thin))])?;
+            chart.draw_series([PathElement::new(points, sheet.line(color, 3.2 * thin))])?;
         }
         Ok(())
     }
 
-    /// The colours of tensions, and the tension of the first tendons.
+    /// The colours of tensions, and the tension of the first lines.
     fn draw_tensions<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> Result<()>
     where
         DB::ErrorType: 'static,
     {
         const LEFT: f64 = 12.0;
-        let most = self.most_tension();
+        let most = self.max_tension();
         if most > 0.0 {
             sheet.part(LEFT, 20.0, SIDE[0] - LEFT, 200.0).color_bar("tension [N]", 0.0, most)?;
         }
-        let shown = self.tendons.iter().filter(|tendon| tendon.is_primary).take(10);
-        for (k, tendon) in shown.enumerate() {
-            let color = if tendon.tension == 0.0 { SLACK } else { ramp(tendon.tension.abs() / most) };
-            let text = format!("{} {} N", tendon.name, number(tendon.tension));
+        let shown = self.lines.iter().filter(|line| line.rank == Rank::Primary).take(10);
+        for (k, line) in shown.enumerate() {
+            let color = if line.tension == 0.0 { SLACK } else { ramp(line.tension.abs() / most) };
+            let text = format!("{} {} N", line.name, number(line.tension));
             sheet.sample(color, &text, LEFT, 250.0 + 20.0 * k as f64)?;
         }
         Ok(())
@@ -225,34 +226,17 @@ fn closed(outline: &[(f64, f64)]) -> Vec<(f64, f64)> {
     outline.iter().chain(outline.first()).copied().collect()
 }
 
-fn tendons(run: &Run, state: &TwinState) -> Vec<DrawnTendon> {
-    let drawn = run.twin.tendons.iter().enumerate().map(|(j, tendon)| {
-        let line = run.twin.cables.polyline(j, &state.positions);
-        DrawnTendon {
-            name: tendon.name.clone(),
-            is_primary: j < run.twin.n_primary,
-            line: line.iter().map(|point| point.map(|c| 1e3 * c)).collect(),
-            tension: state.tensions[j],
-        }
-    });
-    drawn.collect()
-}
-
-impl Figure for RobotPicture {
+impl Figure for BodyViews {
     fn name(&self) -> String {
-        "robot".into()
+        self.name.clone()
     }
 
     fn title(&self) -> String {
-        format!("{} at t = {} s", self.name, number(self.time))
+        self.title.clone()
     }
 
     fn caption(&self) -> String {
-        format!(
-            "The robot at t = {} s, where its tip is farthest from rest, with its tendons coloured by tension [N]; a \
-             thin grey tendon is slack. The pale outline is the unloaded body.",
-            number(self.time)
-        )
+        self.caption.clone()
     }
 
     fn tiles(&self) -> Vec<[f64; 2]> {

@@ -1,43 +1,58 @@
 //! The report of a run.
 
-use std::path::Path;
-
 use hysteron_control::score::AxisScore;
+use hysteron_report::folder::ReportFolder;
+use hysteron_report::page::Page;
 
-use super::shapes::NamedShape;
-use crate::shared::run::Outcome;
-use hysteron_report::figure::Drawn;
-use hysteron_report::page::{Page, write_metrics, write_page};
+use super::figures;
+use super::outcome::{Outcome, Run};
+use crate::shared::shapes::{NamedShape, TipShapes};
 
-/// Writes the figures' page and `outcome.json`.
-pub(super) fn write(folder: &Path, title: &str, outcome: &Outcome, figures: &[Drawn]) -> anyhow::Result<()> {
-    write_metrics(folder, outcome)?;
-    write_page(folder, html(outcome, title, figures))
+/// Writes all figures of a run, `report.html` and `metrics.json` to `folder`.
+pub(super) fn write(
+    folder: &ReportFolder,
+    run: &Run,
+    outcome: &Outcome,
+    shapes: Option<&TipShapes>,
+) -> anyhow::Result<()> {
+    let title = format!("{}: {}", outcome.robot.name, run.task.title());
+    let mut page = Page::new(&title, &outcome.source, &outcome.command);
+    results(&mut page, outcome);
+    if !outcome.shapes.is_empty() {
+        page.table(&NamedShape::HEADINGS, outcome.shapes.iter().map(NamedShape::cells));
+    }
+    page.heading("Figures");
+    for chart in figures::tip_and_error(run)? {
+        folder.add(&mut page, &chart)?;
+    }
+    folder.add(&mut page, &figures::tip_path(run)?)?;
+    for chart in figures::tendons(run) {
+        folder.add(&mut page, &chart)?;
+    }
+    if let Some(shapes) = shapes {
+        folder.add(&mut page, &shapes.figure())?;
+    }
+    folder.add(&mut page, &figures::robot(run))?;
+    model(&mut page, outcome);
+    folder.write_metrics(outcome)?;
+    folder.write_page(page, &outcome.commit)
 }
 
 fn mm(value: f64) -> String {
     format!("{:.2}", 1e3 * value)
 }
 
-fn html(outcome: &Outcome, title: &str, figures: &[Drawn]) -> String {
-    let run = &outcome.run;
-    let mut page = Page::new(&format!("{}: {title}", outcome.robot.name), &outcome.source, &outcome.command);
-    results(&mut page, outcome);
-    if !outcome.shapes.is_empty() {
-        page.table(&NamedShape::HEADINGS, outcome.shapes.iter().map(NamedShape::cells));
-    }
-    page.heading("Figures");
-    figures.iter().for_each(|figure| page.figure(figure));
+/// Size of the model, and how it was solved.
+fn model(page: &mut Page, outcome: &Outcome) {
     page.heading("Model and solver");
     page.list([
         ("Mesh", format!("{} nodes, {} tetrahedra", outcome.robot.nodes, outcome.robot.tetrahedra)),
         ("Degrees of freedom", outcome.robot.unknowns.to_string()),
         ("Auxiliary tendons", outcome.robot.auxiliary_tendons.to_string()),
-        ("Computing time [s]", format!("{:.2}", run.wall_s)),
+        ("Computing time [s]", format!("{:.2}", outcome.run.wall_s)),
     ]);
     page.details_list("Solver details", solver(outcome));
     page.small(&format!("Scene {}.", outcome.robot.scene_sha256));
-    page.finish(&outcome.commit)
 }
 
 /// Results of a run.

@@ -1,28 +1,13 @@
-//! Command and tip: one pair of axes per recording, all to one scale.
+//! Command and tip of recordings over each other: their numbers and their figure.
 
 use hysteron_base::{BadInput, Recording};
 use hysteron_control::shape::{Shape, ShapeNumbers};
-use plotters::prelude::*;
+use hysteron_report::overlay::{OverlayTile, PathKind, PathOverlay};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use hysteron_report::figure::{Entry, Figure};
-use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet};
-use hysteron_report::simplify::{between_sharp_turns, simplified};
-
-const COMMAND: RGBColor = COLORS[4];
-const TIP: RGBColor = COLORS[0];
-/// Side of the square inside a pair of axes, height of the lines above it, room between columns [px].
-const SIDE: f64 = 240.0;
-const ABOVE: f64 = 44.0;
-const BETWEEN: f64 = 18.0;
-const COLUMN: f64 = LEFT + SIDE + BETWEEN;
-const ROW: f64 = ABOVE + SIDE + BELOW + 10.0;
-/// Steps of a line that are drawn at once.
-const PIECE: usize = 6;
-
 /// Command and tip of several recordings.
-pub struct CommandAndTip {
+pub struct TipShapes {
     /// Name of each, and its shape.
     shapes: Vec<(String, Shape)>,
 }
@@ -70,8 +55,8 @@ impl NamedShape {
     }
 }
 
-impl CommandAndTip {
-    /// The figure of at least one recording, each with its name, for tendons at these angles [rad] about z.
+impl TipShapes {
+    /// Those of at least one recording, each with its name, for tendons at these angles [rad] about z.
     pub fn new(angles: &[f64], recordings: &[(&str, &Recording)]) -> Result<Self, BadInput> {
         let shape = |(name, recording): &(&str, &Recording)| {
             Ok(((*name).to_owned(), Shape::of(recording, angles).map_err(|bad| bad.within(name))?))
@@ -84,11 +69,24 @@ impl CommandAndTip {
         self.shapes.iter().map(|(name, shape)| NamedShape::new(name, &shape.numbers)).collect()
     }
 
-    /// Half the side of every pair of axes [mm].
-    fn half(&self) -> f64 {
-        let paths = self.shapes.iter().flat_map(|(_, shape)| paths(shape));
-        let reach = paths.flatten().fold(0.0, |far: f64, (x, y)| far.max(x.abs()).max(y.abs()));
-        1.08 * reach
+    /// The figure: one pair of axes per recording, all to one scale.
+    pub fn figure(&self) -> PathOverlay {
+        let tile = |(name, shape): &(String, Shape)| OverlayTile {
+            title: name.clone(),
+            note: line(&shape.numbers),
+            paths: paths(shape).into(),
+        };
+        PathOverlay {
+            name: "command-tip".to_owned(),
+            title: "Command and tip".to_owned(),
+            caption: "Commanded path in tendon space, brought over the tip by one factor, and path of the tip from where it \
+                      rested, from above; all axes have one scale. Diamond: radius over the commanded one, towards the \
+                      diagonals over towards the axes. Return error: distance of the last rest from the first, over the \
+                      largest displacement (hysteresis at rest)."
+                .to_owned(),
+            kinds: vec![PathKind::new("command, scaled", 4, 3.0), PathKind::new("tip", 0, 1.2)],
+            tiles: self.shapes.iter().map(tile).collect(),
+        }
     }
 }
 
@@ -96,58 +94,6 @@ impl CommandAndTip {
 fn line(numbers: &ShapeNumbers) -> String {
     let ratio = numbers.diamond_ratio.map_or(String::new(), |ratio| format!("diamond {ratio:.3}, "));
     format!("{ratio}return error {:.2} %", 100.0 * numbers.return_error)
-}
-
-impl Figure for CommandAndTip {
-    fn name(&self) -> String {
-        "command-tip".into()
-    }
-
-    fn title(&self) -> String {
-        "Command and tip".into()
-    }
-
-    fn caption(&self) -> String {
-        "Commanded path in tendon space, brought over the tip by one factor, and path of the tip from where it \
-         rested, from above; all axes have one scale. Diamond: radius over the commanded one, towards the \
-         diagonals over towards the axes. Return error: distance of the last rest from the first, over the \
-         largest displacement (hysteresis at rest)."
-            .to_owned()
-    }
-
-    fn legend(&self) -> Vec<Entry> {
-        vec![("command, scaled".into(), COMMAND), ("tip".into(), TIP)]
-    }
-
-    fn tiles(&self) -> Vec<[f64; 2]> {
-        vec![[COLUMN, ROW]; self.shapes.len()]
-    }
-
-    fn draw<DB: DrawingBackend>(&self, tile: usize, sheet: &Sheet<DB>) -> anyhow::Result<()>
-    where
-        DB::ErrorType: 'static,
-    {
-        let (name, shape) = &self.shapes[tile];
-        let half = self.half();
-        sheet.text(name, LEFT, 12.0)?;
-        sheet.text(&line(&shape.numbers), LEFT, 30.0)?;
-        let part = sheet.part(0.0, ABOVE, LEFT + SIDE, SIDE + BELOW);
-        let mut chart = part.chart(-half..half, -half..half, "x [mm]", "y [mm]")?;
-        for (path, color, width) in
-            paths(shape).iter().zip([(COMMAND, 3.0), (TIP, 1.2)]).map(|(p, (c, w))| (p, c, w))
-        {
-            // A tenth of its width is not visible.
-            let fewer = simplified(path, 0.1 * width * 2.0 * half / SIDE);
-            // In short parts: where a line runs over itself, bitmaps would omit it.
-            let lines = between_sharp_turns(&fewer).flat_map(|line| {
-                (0..line.len()).step_by(PIECE).map(|from| &line[from..line.len().min(from + PIECE + 1)])
-            });
-            for line in lines {
-                chart.draw_series(LineSeries::new(line.iter().copied(), part.line(color, width)))?;
-            }
-        }
-        Ok(())
-    }
 }
 
 /// Command, as scaled, and tip [mm].
@@ -194,13 +140,14 @@ mod tests {
         let recordings = recordings();
         let named: Vec<(&str, &Recording)> =
             recordings.iter().map(|(name, it)| (name.as_str(), it)).collect();
-        let figure = CommandAndTip::new(&even_angles(4), &named).unwrap();
+        let shapes = TipShapes::new(&even_angles(4), &named).unwrap();
+        let figure = shapes.figure();
         register_embedded_font().unwrap();
         let tiles = drawn(&figure).unwrap().tiles;
-        for ((svg, (name, _)), (_, shape)) in tiles.iter().zip(&named).zip(&figure.shapes) {
+        for ((svg, (name, _)), (_, shape)) in tiles.iter().zip(&named).zip(&shapes.shapes) {
             assert!(svg.contains(*name) && svg.contains(&line(&shape.numbers)), "{name}");
         }
-        let circle = &figure.numbers()[2];
+        let circle = &shapes.numbers()[2];
         assert_eq!(circle.name, "circle");
         assert!(circle.diamond_ratio.unwrap() < 0.97 && circle.return_error < 0.01, "{circle:?}");
         assert!(png(&figure).unwrap().starts_with(b"\x89PNG"));
@@ -209,7 +156,7 @@ mod tests {
     #[test]
     fn a_recording_without_a_shape_is_named() {
         let recordings = recordings();
-        let bad = CommandAndTip::new(&even_angles(3), &[("circle", &recordings[2].1)]).err().unwrap();
+        let bad = TipShapes::new(&even_angles(3), &[("circle", &recordings[2].1)]).err().unwrap();
         assert_eq!(bad.place, "circle: recording");
     }
 }

@@ -1,0 +1,87 @@
+//! A target from above: its curve, the ways to it and from it, and which of its points were reached.
+
+use plotters::prelude::*;
+
+use crate::figure::{Entry, Figure};
+use crate::plane::{Path, dashes, draw_simplified, square_around};
+use crate::sheet::{BELOW, COLORS, LEFT, Sheet};
+
+const TARGET: RGBColor = COLORS[0];
+const WAY: RGBColor = RGBColor(190, 194, 200);
+const MISSED: RGBColor = COLORS[1];
+const REACHED: RGBColor = COLORS[2];
+const SIDE: f64 = 440.0;
+
+/// A target's curve in one pair of axes.
+pub struct TargetMap {
+    /// Name of the file.
+    pub name: String,
+    /// Title.
+    pub title: String,
+    /// Caption: the content of the figure.
+    pub caption: String,
+    /// The curve, dashed [mm].
+    pub curve: Path,
+    /// Ways to the curve and from it [mm].
+    pub ways: Vec<Path>,
+    /// Points that were tried; none where nothing was tried.
+    pub goals: Option<Vec<Goal>>,
+}
+
+/// A point of a target that was tried.
+pub struct Goal {
+    /// Where it is [mm].
+    pub at: (f64, f64),
+    /// Where the tip stopped, if it did not reach the point [mm].
+    pub missed_at: Option<(f64, f64)>,
+}
+
+impl Figure for TargetMap {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn title(&self) -> String {
+        self.title.clone()
+    }
+
+    fn caption(&self) -> String {
+        self.caption.clone()
+    }
+
+    fn legend(&self) -> Vec<Entry> {
+        let mut names = vec![("target".to_owned(), TARGET), ("way to it".to_owned(), WAY)];
+        if self.goals.is_some() {
+            names.extend([("reached".to_owned(), REACHED), ("out of reach".to_owned(), MISSED)]);
+        }
+        names
+    }
+
+    fn tiles(&self) -> Vec<[f64; 2]> {
+        vec![[LEFT + SIDE + 16.0, SIDE + BELOW + 8.0]]
+    }
+
+    fn draw<DB: DrawingBackend>(&self, _: usize, sheet: &Sheet<DB>) -> anyhow::Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        let ([x, y], half) = square_around(self.ways.iter().flatten().chain(&self.curve));
+        let mm_per_px = 2.0 * half / SIDE;
+        let part = sheet.part(0.0, 0.0, LEFT + SIDE, SIDE + BELOW);
+        let mut chart = part.chart(x - half..x + half, y - half..y + half, "x [mm]", "y [mm]")?;
+        for way in &self.ways {
+            draw_simplified(&mut chart, &part, way, 0.15 * mm_per_px, (WAY, 1.6))?;
+        }
+        for dash in dashes(&self.curve, 6.0 * mm_per_px) {
+            chart.draw_series(LineSeries::new(dash, part.line(TARGET, 1.6)))?;
+        }
+        for Goal { at, missed_at } in self.goals.iter().flatten() {
+            if let Some(tip) = missed_at {
+                chart.draw_series(LineSeries::new([*at, *tip], part.line(MISSED, 1.0)))?;
+            }
+            let color = if missed_at.is_some() { MISSED } else { REACHED };
+            chart.draw_series([Circle::new(*at, part.px(2.0), color.filled())])?;
+        }
+        Ok(())
+    }
+}
