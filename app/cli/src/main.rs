@@ -88,9 +88,7 @@ fn run(program: &Program, context: &Context) -> anyhow::Result<Printed> {
         Verb::Track(options) => Printed::new(&workflow::tendon::track::run(options, context)?),
         Verb::FitSensor(options) => Printed::untyped(&workflow::tendon::sense::fit::run(options, context)?),
         Verb::Sense(options) => Printed::untyped(&workflow::tendon::sense::run(options, context)?),
-        Verb::IdentifyServo(options) => {
-            Printed::untyped(&workflow::rig::identify_servo::run(options, context)?)
-        }
+        Verb::IdentifyServo(options) => Printed::new(&workflow::rig::identify_servo::run(options, context)?),
         Verb::Study(arguments) => Printed::untyped(&study::verb(arguments, &program.passed_on(), context)?),
         Verb::Run(options) => Printed::untyped(&study::run(options, &program.passed_on(), context)?),
         Verb::Demo(arguments) => {

@@ -24,6 +24,7 @@ pub mod scatter;
 pub mod series;
 pub mod sheet;
 pub mod simplify;
+pub mod stick_figure;
 pub mod strokes;
 pub mod target_map;
 pub mod text;

@@ -2,7 +2,7 @@
 
 use hysteron_workflow::Context;
 use hysteron_workflow::arm::fit::{delan, neural};
-use serde_json::Value;
+use hysteron_workflow::shared::outcome::Printed;
 
 /// Learn a model from recordings
 #[derive(Debug, clap::Args)]
@@ -20,9 +20,9 @@ enum What {
 }
 
 /// Runs the verb.
-pub fn run(arguments: &Arguments, context: &Context) -> anyhow::Result<Value> {
+pub fn run(arguments: &Arguments, context: &Context) -> anyhow::Result<Printed> {
     match &arguments.what {
-        What::Delan(options) => delan::run(options, context),
-        What::Neural(options) => neural::run(options, context),
+        What::Delan(options) => Printed::new(&delan::run(options, context)?),
+        What::Neural(options) => Printed::new(&neural::run(options, context)?),
     }
 }

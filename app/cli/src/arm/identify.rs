@@ -2,7 +2,7 @@
 
 use hysteron_workflow::Context;
 use hysteron_workflow::arm::identify::{friction, inertia, payload, servo};
-use serde_json::Value;
+use hysteron_workflow::shared::outcome::Printed;
 
 /// Identify an arm from recordings of it
 #[derive(Debug, clap::Args)]
@@ -24,11 +24,11 @@ enum What {
 }
 
 /// Runs the verb.
-pub fn run(arguments: &Arguments, context: &Context) -> anyhow::Result<Value> {
+pub fn run(arguments: &Arguments, context: &Context) -> anyhow::Result<Printed> {
     match &arguments.what {
-        What::Inertia(options) => inertia::run(options, context),
-        What::Friction(options) => friction::run(options, context),
-        What::Servo(options) => servo::run(options, context),
-        What::Payload(options) => payload::run(options, context),
+        What::Inertia(options) => Printed::new(&inertia::run(options, context)?),
+        What::Friction(options) => Printed::new(&friction::run(options, context)?),
+        What::Servo(options) => Printed::new(&servo::run(options, context)?),
+        What::Payload(options) => Printed::new(&payload::run(options, context)?),
     }
 }

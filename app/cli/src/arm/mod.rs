@@ -31,7 +31,7 @@ pub struct Arguments {
 #[derive(Debug, clap::Subcommand)]
 enum Verb {
     #[command(after_help = include_str!("../help/arm-adapt.txt"))]
-    Adapt(arm::fit::adapt::Options),
+    Adapt(arm::adapt::Options),
     Info(arm::info::Options),
     Check(arm::info::CheckOptions),
     #[command(after_help = include_str!("../help/arm-dynamics.txt"))]
@@ -40,9 +40,9 @@ enum Verb {
     #[command(after_help = include_str!("../help/arm-emulate.txt"))]
     Emulate(arm::emulate::Options),
     #[command(after_help = include_str!("../help/arm-estimate.txt"))]
-    Estimate(arm::fit::estimate::Options),
+    Estimate(arm::estimate::Options),
     #[command(after_help = include_str!("../help/arm-evaluate.txt"))]
-    Evaluate(arm::fit::evaluate::Options),
+    Evaluate(arm::evaluate::Options),
     #[command(after_help = include_str!("../help/arm-excite.txt"))]
     Excite(arm::excite::Options),
     #[command(after_help = include_str!("../help/arm-export.txt"))]
@@ -69,19 +69,19 @@ enum Verb {
 /// Runs the verb.
 pub fn run(arguments: &Arguments, context: &Context) -> anyhow::Result<Printed> {
     match &arguments.verb {
-        Verb::Adapt(options) => Printed::untyped(&arm::fit::adapt::run(options, context)?),
+        Verb::Adapt(options) => Printed::new(&arm::adapt::run(options, context)?),
         Verb::Info(options) => Printed::new(&arm::info::run(options, context)?),
         Verb::Check(options) => Printed::new(&arm::info::check(options, context)?),
         Verb::Dynamics(options) => Printed::new(&arm::dynamics::run(options, context)?),
         #[cfg(unix)]
         Verb::Emulate(options) => Printed::new(&arm::emulate::run(options, context)?),
-        Verb::Estimate(options) => Printed::untyped(&arm::fit::estimate::run(options, context)?),
-        Verb::Evaluate(options) => Printed::untyped(&arm::fit::evaluate::run(options, context)?),
-        Verb::Excite(options) => Printed::untyped(&arm::excite::run(options, context)?),
+        Verb::Estimate(options) => Printed::new(&arm::estimate::run(options, context)?),
+        Verb::Evaluate(options) => Printed::new(&arm::evaluate::run(options, context)?),
+        Verb::Excite(options) => Printed::new(&arm::excite::run(options, context)?),
         Verb::Export(options) => Printed::new(&arm::export::run(options, context)?),
-        Verb::Fit(arguments) => Printed::untyped(&fit::run(arguments, context)?),
-        Verb::Generate(options) => Printed::untyped(&arm::generate::run(options, context)?),
-        Verb::Identify(arguments) => Printed::untyped(&identify::run(arguments, context)?),
+        Verb::Fit(arguments) => fit::run(arguments, context),
+        Verb::Generate(options) => Printed::new(&arm::generate::run(options, context)?),
+        Verb::Identify(arguments) => identify::run(arguments, context),
         Verb::Import { arguments } => Err(moved(arguments).into()),
         Verb::Record(options) => Printed::new(&arm::record::run(options, context)?),
         Verb::Simulate(options) => Printed::new(&arm::simulate::run(options, context)?),

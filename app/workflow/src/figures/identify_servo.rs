@@ -1,31 +1,22 @@
 //! The report of `identify-servo`: friction over its cloud of data, what is left, tensions at reversals.
 
-use std::path::Path;
-
-use hysteron_report::figure::save;
+use hysteron_report::folder::ReportFolder;
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
 
-use super::arm_identification::{
-    JointSeries, errors_over_speed, errors_over_time, finish, friction_curves, page,
+use crate::rig::identify_servo::{Found, Outcome};
+use crate::shared::identification::ESTIMATE_HEADINGS;
+use crate::shared::identification_page::{
+    JointSeries, begin, errors_over_speed, errors_over_time, finish, friction_curves,
 };
-use crate::Context;
-use crate::arm::identify::Summary;
-use crate::rig::identify_servo::Found;
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
-pub(crate) fn write(
-    folder: &Path,
-    law: &str,
-    found: &[Found],
-    summary: &Summary,
-    png: bool,
-    context: &Context,
-) -> anyhow::Result<()> {
+pub(crate) fn write(folder: &ReportFolder, found: &[Found], outcome: &Outcome) -> anyhow::Result<()> {
     let about = format!(
-        "Load scale, friction by the law {law} at speeds that were recorded, and backlash of {} servos.",
+        "Load scale, friction by the law {} at speeds that were recorded, and backlash of {} servos.",
+        outcome.law,
         found.len()
     );
-    let mut page = page(folder, "Identified servos", summary, &about, context)?;
+    let mut page = begin(folder, outcome, ("Identified servos", &about, &outcome.command))?;
     for servo in found {
         page.heading(&format!("Servo {}", servo.number));
         match &servo.pulley {
@@ -35,15 +26,15 @@ pub(crate) fn write(
             ]),
             Err(bad) => page.paragraph(&format!("Friction cannot be told: {bad}")),
         }
-        page.table(&["Number", "Value", "Standard error", ""], servo.rows.iter().map(|row| row.cells()));
+        page.table(&ESTIMATE_HEADINGS, servo.rows.iter().map(|row| row.estimate().cells()));
     }
     page.heading("Figures");
     let servos: Vec<JointSeries> = found.iter().filter_map(series).collect();
     for chart in [friction_curves(&servos), errors_over_speed(&servos)] {
-        page.figure(&save(folder, &chart, png)?);
+        folder.add(&mut page, &chart)?;
     }
     for chart in errors_over_time(&servos) {
-        page.figure(&save(folder, &chart, png)?);
+        folder.add(&mut page, &chart)?;
     }
     let gaps: Vec<Scatter> = found.iter().filter_map(reversals).collect();
     if !gaps.is_empty() {
@@ -55,9 +46,9 @@ pub(crate) fn write(
                 .into(),
             tiles: gaps,
         };
-        page.figure(&save(folder, &chart, png)?);
+        folder.add(&mut page, &chart)?;
     }
-    finish(folder, page, summary)
+    finish(folder, page, &outcome.recording_warnings)
 }
 
 fn series(servo: &Found) -> Option<JointSeries> {

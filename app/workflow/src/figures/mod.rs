@@ -1,6 +1,5 @@
 //! Reports of verbs that have no `page.rs` yet.
 
-pub mod arm;
 pub mod arm_cloning;
 pub mod arm_estimation;
 pub mod arm_identification;
@@ -9,7 +8,6 @@ pub mod arm_study;
 pub mod commands;
 pub mod coverage;
 pub mod data_set;
-pub mod excitation;
 pub mod fit;
 pub mod health;
 pub mod identification;

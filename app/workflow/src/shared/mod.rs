@@ -4,6 +4,8 @@ pub mod command_line;
 pub(crate) mod context;
 pub(crate) mod error;
 pub(crate) mod health;
+pub(crate) mod identification;
+pub(crate) mod identification_page;
 pub(crate) mod inputs;
 #[cfg(test)]
 mod json_fuzz;

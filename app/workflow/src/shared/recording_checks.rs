@@ -99,12 +99,22 @@ impl Findings {
         Self(Vec::new())
     }
 
+    /// The findings, as a result holds them.
+    pub fn into_warnings(self) -> Vec<Warning> {
+        self.0
+    }
+
     /// Adds them to a page, if there are any.
     pub fn show(&self, page: &mut Page) {
-        if !self.0.is_empty() {
-            page.heading("What the recordings leave in doubt");
-            page.table(&HEADINGS, self.0.iter().map(|one| cells(one).to_vec()));
-        }
+        show(&self.0, page);
+    }
+}
+
+/// Adds warnings about recordings to a page, if there are any.
+pub(crate) fn show(warnings: &[Warning], page: &mut Page) {
+    if !warnings.is_empty() {
+        page.heading("What the recordings leave in doubt");
+        page.table(&HEADINGS, warnings.iter().map(|one| cells(one).to_vec()));
     }
 }
 

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use hysteron_arm::lagrangian::{LearnedDynamics, Variant, samples_of};
 use hysteron_base::Recording;
 
-use super::{delan, estimate};
-use crate::{Context, arm};
+use super::delan;
+use crate::Context;
+use crate::arm::{self, estimate};
 
 /// Two joints of 1 kg m² each, uncoupled, the first under gravity: τ = q̈ + (5 sin q_1, 0).
 fn text(n: usize, rows: impl Fn(usize, &mut Vec<String>)) -> String {
@@ -99,8 +100,8 @@ fn squares_and_a_second_order_method_find_digits_that_adam_does_not() {
         let plain = options(vec![recording.clone()], folder.path().join(name));
         let options = delan::Options { products, squares, polish, ..plain };
         let found = delan::run(&options, &Context::silent("test")).unwrap();
-        assert_eq!(found["steps"].as_u64().unwrap() > 0, polish > 0, "{found}");
-        found["validation"].as_f64().unwrap()
+        assert_eq!(found.steps > 0, polish > 0, "{found:?}");
+        found.validation
     };
     let (rough, fine) = (fitted("rough.safetensors", 0, 0, 0), fitted("fine.safetensors", 2, 4, 40));
     assert!(fine < 0.5 * rough, "{fine} {rough}");
@@ -134,7 +135,7 @@ fn a_joint_that_slides_is_learned_as_a_length_and_no_model_takes_the_other_kind(
         let out = folder.path().join(name);
         let asked = delan::Options { epochs: 150, ..options(vec![recording.clone()], out.clone()) };
         let found = delan::run(&asked, &context).unwrap();
-        (out, found["validation"].as_f64().unwrap())
+        (out, found.validation)
     };
     let ((angle, bad), (length, good)) = (fitted(&turns, "a.safetensors"), fitted(&slides, "b.safetensors"));
     assert!(good < 0.1 * bad, "{good} {bad}");

@@ -4,12 +4,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use hysteron_arm::neural::Prior;
+use hysteron_arm::neural::{Prior, TaskScores};
 use hysteron_base::{Metadata, Recording};
 use hysteron_learn::{Block, Form};
 use hysteron_rig::virtual_arm::{VirtualArm, data_set};
 
-use super::{estimate, evaluate, neural};
+use super::neural;
+use crate::arm::{estimate, evaluate};
 use crate::{Context, Progress, ProgressSink, Silent};
 
 /// Two trajectories to learn from and one of each other kind, of three tasks.
@@ -104,7 +105,7 @@ fn an_actuator_with_servo_and_observer_is_fitted_evaluated_and_streams() {
     let context = Context::silent("test");
     let model = folder.path().join("a.safetensors");
     let fitted = neural::run(&options(root.clone(), model.clone()), &context).unwrap();
-    assert!(fitted["sensing_validation"].as_f64().unwrap() > 0.0);
+    assert!(fitted.sensing_validation.unwrap() > 0.0);
     assert!(!folder.path().join("a.sensing-training").exists());
 
     let test = root.join("weight/pick_place_object_300g/test/001.parquet");
@@ -122,27 +123,27 @@ fn an_actuator_with_servo_and_observer_is_fitted_evaluated_and_streams() {
         cutoff: 10.0,
     };
     let found = evaluate::run(&asked, &context).unwrap();
-    let error = |name: &str| found["mean_deg"][name]["300"].as_f64().unwrap();
+    let evaluate::Outcome::Actuator(found) = found else { panic!("an actuator was evaluated") };
     let [network, servo] =
-        ["network, recorded currents (as published)", "servo identified by rollout"].map(error);
+        [&found.mean_deg.network, &found.mean_deg.servo].map(|errors| errors.steps_300.unwrap());
     // Four updates: hardly more than the servo that it begins with.
     assert!(network < 1.2 * servo, "{network} {servo}");
     // Five motors are simulated: that of the gripper too, by every method.
-    for name in hysteron_arm::neural::METHODS {
-        let own = |key: &str| found[key][name]["300"].as_f64().unwrap();
-        let tasks = found["tasks"].as_array().unwrap();
-        let of_task = |task: &serde_json::Value| task["poses"][name]["300"]["gripper_mm"].as_f64().unwrap();
-        let mean = tasks.iter().map(of_task).sum::<f64>() / tasks.len() as f64;
-        assert!(mean > 0.0 && (own("mean_gripper_mm") - mean).abs() < 1e-12, "{name} {mean}");
+    for (k, name) in hysteron_arm::neural::METHODS.iter().enumerate() {
+        let own = found.mean_gripper_mm.values()[k].steps_300.unwrap();
+        let of_task = |task: &TaskScores| task.poses.values()[k].steps_300.gripper_mm.unwrap();
+        let mean = found.tasks.iter().map(of_task).sum::<f64>() / found.tasks.len() as f64;
+        assert!(mean > 0.0 && (own - mean).abs() < 1e-12, "{name} {mean}");
         assert!(mean < 5.0, "{name}: {mean} mm of some 20");
     }
-    for key in ["force", "force_gmo_linear", "force_gmo_drive"] {
-        assert!(found["forces"][key]["loaded_axis_n"].as_f64().unwrap() > 0.0, "{key}");
+    let [network, linear, drive, pure] = found.forces.values();
+    for scores in [network, linear, drive] {
+        assert!(scores.unwrap().loaded_axis_n > 0.0, "{scores:?}");
     }
     let page = std::fs::read_to_string(folder.path().join("figures/report.html")).unwrap();
     assert!(page.contains("joints [deg] | aperture [mm]") && page.contains("<td>mean</td>"));
     // Nothing acts in a pure simulation.
-    assert!(found["forces"]["force_pure"].is_null());
+    assert!(pure.is_none());
 
     let out = folder.path().join("force.csv");
     let estimate = |actuator: &Path, recording: &Path| {

@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_learn::{Block, Form};
 
-use super::{evaluate, neural};
+use super::neural;
+use crate::arm::evaluate;
 use crate::{Context, Progress, ProgressSink, Silent};
 use hysteron_arm::neural::Prior;
 
@@ -137,7 +138,7 @@ fn an_actuator_is_trained_goes_on_after_an_interruption_and_is_compared_with_its
     assert!(stopped.unwrap().unwrap_err().to_string().contains("interrupted"));
     let resumed =
         neural::run(&options(vec![root.clone()], folder.path().join("b.safetensors")), &context).unwrap();
-    assert_eq!(resumed["validation_deg"], whole["validation_deg"]);
+    assert_eq!(resumed.validation_deg, whole.validation_deg);
     assert!(!folder.path().join("b.training").exists());
     let [a, b] =
         ["a", "b"].map(|name| std::fs::read(folder.path().join(format!("{name}.safetensors"))).unwrap());
@@ -150,16 +151,13 @@ fn an_actuator_is_trained_goes_on_after_an_interruption_and_is_compared_with_its
         &context,
     )
     .unwrap();
-    let tasks = found["tasks"].as_array().unwrap();
-    assert_eq!(tasks.len(), 2);
-    assert_eq!(tasks[0]["task"], "weight/lift_200g");
+    let evaluate::Outcome::Actuator(found) = found else { panic!("an actuator was evaluated") };
+    assert_eq!(found.tasks.len(), 2);
+    assert_eq!(found.tasks[0].task, "weight/lift_200g");
     // Only what is called test; half of its samples under force.
-    assert_eq!(
-        (&tasks[0]["trajectories"], &found["forces"]["force"]["samples"][0]),
-        (&1.into(), &298.into())
-    );
-    let mean = |name: &str| found["mean_deg"][name]["100"].as_f64().unwrap();
-    let (goal, fitted) = (mean("copy the goal"), mean("copy the goal, lag and droop fitted"));
+    assert_eq!((found.tasks[0].trajectories, found.forces.force.unwrap().samples[0]), (1, 298));
+    let [goal, fitted] =
+        [&found.mean_deg.copied_goal, &found.mean_deg.fitted_goal].map(|errors| errors.steps_100.unwrap());
     // The goal is late by 50 ms of at most 0.45 rad/s: 0.82° in the mean; a delay of three samples leaves a millisecond.
     assert!((goal - 0.82).abs() < 0.15 && fitted < 0.15 * goal, "{goal} {fitted}");
     assert!(figures.join("report.html").exists() && figures.join("metrics.json").exists());

@@ -2,11 +2,11 @@
 
 use hysteron_actuator::identify::{Backlash, PulleyFit};
 use hysteron_actuator::law::{JointFriction, Law, Sliding};
-use hysteron_base::{BadInput, json};
+use hysteron_base::BadInput;
 use hysteron_report::verdict::{Criterion, Verdict};
-use serde_json::Value;
 
-use crate::arm::identify::{Row, deviation, judged, rows_json};
+use super::outcome::ServoEstimates;
+use crate::shared::identification::{Row, deviation, estimates, judged};
 use crate::shared::verdict::{Judged, parameters};
 
 /// Result of identifying a servo, or the reason why there is none.
@@ -28,25 +28,23 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    pub(super) fn json(&self) -> Value {
-        let mut value = json!({
-            "servo": self.number, "radius_mm": 1e3 * self.radius, "has_tension": self.has_tension,
-            "estimates": rows_json(&self.rows),
-        });
-        match &self.pulley {
-            Ok(found) => {
-                value["samples"] = json!(found.samples.len());
-                value["rms_n_m"] = json!(rms(&found.residuals));
-                value["misfit"] = json!(found.misfit);
-                value["condition"] = json!(found.fit.condition);
-            }
-            Err(bad) => value["cannot_be_told"] = json!(bad.to_string()),
+    /// As the outcome holds it.
+    pub(super) fn estimates(&self) -> ServoEstimates {
+        let pulley = self.pulley.as_ref();
+        let width = |width: f64| 1e3 * self.radius * width;
+        let reversals = self.backlash.as_ref().map(|backlash| backlash.reversals.iter());
+        ServoEstimates {
+            servo: self.number,
+            radius_mm: 1e3 * self.radius,
+            has_tension: self.has_tension,
+            estimates: estimates(&self.rows),
+            samples: pulley.ok().map(|found| found.samples.len()),
+            rms_n_m: pulley.ok().map(|found| rms(&found.residuals)),
+            misfit: pulley.ok().map(|found| found.misfit),
+            condition: pulley.ok().map(|found| found.fit.condition),
+            cannot_be_told: pulley.err().map(ToString::to_string),
+            reversals_mm: reversals.ok().map(|all| all.map(|reversal| width(reversal.width)).collect()),
         }
-        if let Ok(backlash) = &self.backlash {
-            let widths = backlash.reversals.iter().map(|reversal| 1e3 * self.radius * reversal.width);
-            value["reversals_mm"] = widths.collect();
-        }
-        value
     }
 
     /// Everything that was found, by name and servo.

@@ -1,6 +1,7 @@
 //! `hysteron identify-servo`: friction, backlash and load scale of a rig's servos from recordings of it.
 
 mod found;
+mod outcome;
 
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -12,20 +13,21 @@ use hysteron_actuator::identify::{
 };
 use hysteron_actuator::law::{LEARNED_MAP, Law, RISING_MAP};
 use hysteron_base::checks::{CheckContext, Purpose};
-use hysteron_base::{BadInput, Recording, json};
+use hysteron_base::{BadInput, Recording};
 use hysteron_fit::Standing;
-use serde_json::Value;
+use hysteron_report::folder::ReportFolder;
 
-use crate::Context;
-use crate::arm::identify::{LOAD_SCALE, Results, Row, Summary, positive, say_rows};
 use crate::figures::identify_servo as figures;
 use crate::shared::error::Cancelled;
+use crate::shared::identification::{IdentificationFormat, LOAD_SCALE, Results, Row, positive, print_rows};
 use crate::shared::inputs::{self, Input};
 use crate::shared::outputs::Outputs;
 use crate::shared::recording_checks;
 use crate::tendon::sense::stroke_per_tick;
+use crate::{COMMIT, Context, WorkflowError};
 pub(crate) use found::Found;
 use found::rms;
+pub use outcome::{Outcome, ServoEstimates};
 
 /// Laws that need nothing but the speed.
 const LAWS: [&str; 5] = ["stribeck", "coulomb-viscous", "directed-stribeck", LEARNED_MAP, RISING_MAP];
@@ -77,7 +79,11 @@ struct Servo {
 ///
 /// # Errors
 /// Bad input; recordings from which nothing can be told of any servo.
-pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
+pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
+    Ok(identify_all(options, context)?)
+}
+
+fn identify_all(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     positive("--stall-torque", options.stall_torque)?;
     if !LAWS.contains(&options.law.as_str()) {
         let expected = format!("one of {}", LAWS.join(", "));
@@ -104,18 +110,27 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
         return Err(anyhow::Error::from(bad[0].clone().within(format!("servo {}", found[0].number))));
     }
     found.iter().for_each(|found| print(found, context));
-    let numbers = json!({
-        "law": options.law, "slowest_rad_s": slowest(period), "period_s": period,
-        "recordings": files.iter().map(|input| json!([input.name, input.hash])).collect::<Value>(),
-        "servos": found.iter().map(Found::json).collect::<Value>(), "verdict": found::verdict(&found),
-    });
-    let summary = Summary::new(numbers, findings, context);
-    if let Some(folder) = &options.results.figures {
-        figures::write(folder, &options.law, &found, &summary, options.results.png, context)?;
+    let outcome = Outcome {
+        format: IdentificationFormat::Metrics,
+        version: 1,
+        law: options.law.clone(),
+        slowest_rad_s: slowest(period),
+        period_s: period,
+        recordings: files.iter().map(|input| [input.name.clone(), input.hash.clone()]).collect(),
+        servos: found.iter().map(Found::estimates).collect(),
+        verdict: found::verdict(&found),
+        recording_warnings: findings.into_warnings(),
+        command: context.command.clone(),
+        commit: COMMIT.to_owned(),
+    };
+    if let Some(path) = &options.results.figures {
+        let folder = ReportFolder { path, png: options.results.png };
+        figures::write(&folder, &found, &outcome)?;
     }
-    let value = options.results.write(summary, context)?;
+    let file = Outcome { format: IdentificationFormat::Identification, ..outcome.clone() };
+    options.results.write(&file, context)?;
     context.wrote(&options.results.out);
-    Ok(value)
+    Ok(outcome)
 }
 
 fn slowest(period: f64) -> f64 {
@@ -310,5 +325,5 @@ fn print(found: &Found, context: &Context) {
         }
         Err(bad) => context.print(format_args!("servo {}: friction cannot be told: {bad}", found.number)),
     }
-    say_rows(&found.rows, context);
+    print_rows(&found.rows, context);
 }

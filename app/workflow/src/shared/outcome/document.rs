@@ -8,8 +8,8 @@ use schemars::{Schema, SchemaGenerator};
 
 use super::Outcome;
 use crate::{
-    arm, arm_figures, import, rig, rig::record, shared::run, tendon::check, tendon::command,
-    tendon::evaluate, tendon::generate, tendon::mesh, tendon::target, tendon::track,
+    arm, import, rig, rig::record, shared::run, tendon::check, tendon::command, tendon::evaluate,
+    tendon::generate, tendon::mesh, tendon::target, tendon::track,
 };
 
 /// A verb and the type of its outcome.
@@ -26,7 +26,7 @@ const fn verb<T: Outcome>(names: &'static [&'static str]) -> Verb {
 }
 
 /// All verbs whose outcome has a type, in the order of the document.
-const VERBS: [Verb; 20] = [
+const VERBS: [Verb; 32] = [
     verb::<run::Outcome>(&["simulate", "reach"]),
     verb::<record::Outcome>(&["record"]),
     verb::<generate::Outcome>(&["generate"]),
@@ -41,12 +41,24 @@ const VERBS: [Verb; 20] = [
     verb::<rig::calibrate::Outcome>(&["rig calibrate"]),
     verb::<rig::emulate::Outcome>(&["rig emulate"]),
     verb::<rig::recover::Outcome>(&["rig recover"]),
+    verb::<rig::identify_servo::Outcome>(&["identify-servo"]),
     verb::<arm::info::Outcome>(&["arm info", "arm check"]),
     verb::<arm::dynamics::Outcome>(&["arm dynamics"]),
-    verb::<arm_figures::Outcome>(&["arm simulate"]),
+    verb::<arm::excite::Outcome>(&["arm excite"]),
+    verb::<arm::simulate::Outcome>(&["arm simulate"]),
     verb::<arm::record::Outcome>(&["arm record"]),
     verb::<arm::emulate::Outcome>(&["arm emulate"]),
     verb::<arm::export::Outcome>(&["arm export"]),
+    verb::<arm::generate::Outcome>(&["arm generate"]),
+    verb::<arm::identify::inertia::Outcome>(&["arm identify inertia"]),
+    verb::<arm::identify::friction::Outcome>(&["arm identify friction"]),
+    verb::<arm::identify::servo::Outcome>(&["arm identify servo"]),
+    verb::<arm::identify::payload::Outcome>(&["arm identify payload"]),
+    verb::<arm::fit::delan::Outcome>(&["arm fit delan"]),
+    verb::<arm::fit::neural::Outcome>(&["arm fit neural"]),
+    verb::<arm::adapt::Outcome>(&["arm adapt"]),
+    verb::<arm::evaluate::Outcome>(&["arm evaluate"]),
+    verb::<arm::estimate::Outcome>(&["arm estimate"]),
 ];
 
 /// The outcome of a verb read from JSON and written again; `None` for a verb whose outcome has no type.

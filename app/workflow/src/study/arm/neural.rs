@@ -11,7 +11,7 @@ use hysteron_studies::neural::{NeuralData, NeuralScope, NeuralSize, Sample, Spli
 use serde_json::Value;
 
 use super::Options;
-use crate::arm::fit::recordings::{Role, files, role_and_task};
+use crate::arm::recordings::{Role, files, role_and_task};
 use crate::{Context, arm, arm_neural_figures};
 
 /// Virtual arm of the study, and its model.

@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use super::file::{Robot, value};
 use super::input::Input;
-use crate::arm::identify::{IDENTIFICATION, LOAD_SCALE};
+use crate::shared::identification::{IDENTIFICATION, LOAD_SCALE};
 use crate::shared::network::Network;
 use crate::shared::outputs::Outputs;
 use crate::{Context, shared::inputs, shared::locking, shared::recording_checks};

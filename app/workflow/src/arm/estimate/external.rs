@@ -1,0 +1,39 @@
+//! External torques along a recording, by a momentum observer whose dynamics are learned.
+
+use hysteron_base::{BadInput, Recording};
+
+use super::Options;
+use super::outcome::ExternalTorques;
+use crate::shared::outputs::Outputs;
+use crate::{Context, arm, arm::learned_dynamics};
+
+/// Estimates along the recording of `options`.
+///
+/// # Errors
+/// Bad input, as where telemetry is to be live; files that cannot be written.
+pub(super) fn run(options: &Options, context: &Context) -> anyhow::Result<ExternalTorques> {
+    let Some(path) = &options.recording else {
+        let wanted = "an actuator by hysteron arm fit neural --sensing observer";
+        return Err(BadInput::new("--live", wanted, "a model by hysteron arm fit delan").into());
+    };
+    let outputs = Outputs::reading([&options.actuator, path]).recording("--out", &options.out);
+    let _claim = outputs.check(context)?;
+    let recording = Recording::read(path)?;
+    let meta = arm::meta(context, "external torques from learned dynamics");
+    let place = (&**path, &recording);
+    let found = learned_dynamics::external(&options.actuator, place, options.gain, meta)?;
+    found.write(&options.out)?;
+    let rows = found.n_samples();
+    let rms: Vec<f64> = found
+        .channels()
+        .iter()
+        .map(|channel| (channel.values.iter().map(|v| v * v).sum::<f64>() / rows as f64).sqrt())
+        .collect();
+    let spelled: Vec<String> = rms.iter().map(|rms| format!("{rms:.3}")).collect();
+    context.print(format_args!(
+        "{rows} rows, root mean square of each joint {} N m: {}",
+        spelled.join(", "),
+        options.out.display()
+    ));
+    Ok(ExternalTorques { rows, rms_n_m: rms, out: options.out.clone() })
+}
