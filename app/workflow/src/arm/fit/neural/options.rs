@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use hysteron_arm::neural::{LossWeights, NeuralOptions, Prior};
+use hysteron_actuator::CatalogueDrive;
+use hysteron_arm::neural::{ActuatorOptions, LossWeights, Motors, NeuralOptions, Prior, SensingOptions};
+use hysteron_base::BadInput;
 use hysteron_learn::{Block, Form};
 
 use crate::arm::RobotOptions;
@@ -165,8 +167,41 @@ pub fn block(text: &str) -> Result<Block, String> {
 }
 
 impl Options {
+    /// The actuator that is asked for, with the drive that `--drive` names.
+    ///
+    /// # Errors
+    /// `BadInput` for a drive without the prior that it is for, or that prior without a drive.
+    pub(super) fn actuator(&self, drive: Option<CatalogueDrive>) -> Result<ActuatorOptions, BadInput> {
+        if drive.is_some() != (self.prior == Prior::Drive) {
+            let (expected, found) = match drive {
+                Some(_) => ("--prior drive beside it", "another prior"),
+                None => ("a name or a file, for --prior drive", "none"),
+            };
+            return Err(BadInput::new("--drive", expected, found));
+        }
+        let sensing = || SensingOptions::small(self.sensing_updates as u64, self.contact_n, self.seed);
+        Ok(ActuatorOptions {
+            form: self.form,
+            block: self.block,
+            width: self.width,
+            layers: self.layers,
+            tokens: ActuatorOptions::TOKENS,
+            prior: self.prior,
+            training: self.training(),
+            sensing: (self.sensing == SensingForm::Observer).then(sensing),
+            period: self.period_s,
+            motors: Motors {
+                armature: self.armature_kg_m2,
+                damping: self.damping_n_m_s_per_rad,
+                torque_limit: self.torque_limit_n_m,
+                load_friction: self.load_friction,
+            },
+            drive,
+        })
+    }
+
     /// How the network in the loop is trained.
-    pub(super) fn training(&self) -> NeuralOptions {
+    fn training(&self) -> NeuralOptions {
         let published = NeuralOptions::published(u64::from(self.warm_start), u64::from(self.updates));
         let part = u64::from(self.updates).div_ceil(self.horizons.len() as u64);
         let horizons =

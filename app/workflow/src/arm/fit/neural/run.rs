@@ -3,16 +3,14 @@
 use std::time::Instant;
 
 use hysteron_arm::neural::{
-    ActuatorOptions, ActuatorSession, Features, Motors, NeuralActuator, Prior, SensingOptions, Stage,
-    Trajectory, fit_actuator,
+    ActuatorOptions, ActuatorSession, Features, NeuralActuator, Stage, Trajectory, fit_actuator,
 };
 use hysteron_base::checks::Purpose;
-use hysteron_base::{BadInput, json};
+use hysteron_base::json;
 use hysteron_learn::Progress;
 use hysteron_report::verdict::{Criterion, Verdict};
 
 use super::data::{features_of, names, print_data};
-use super::options::SensingForm;
 use super::{Options, Outcome};
 use crate::arm::recordings::{Role, checked, files, read, trajectories};
 use crate::arm::{self, robot::held_joints};
@@ -34,14 +32,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let outputs = arm::reads(&options.model).and(&files).and(drive_file).learned("--out", &options.out);
     let _claim = outputs.check(context)?;
     let model = options.robot_options.model(&options.model, context)?;
-    let drive = options.drive.as_deref().map(arm::drive).transpose()?;
-    if drive.is_some() != (options.prior == Prior::Drive) {
-        let (expected, found) = match drive {
-            Some(_) => ("--prior drive beside it", "another prior"),
-            None => ("a name or a file, for --prior drive", "none"),
-        };
-        return Err(BadInput::new("--drive", expected, found).into());
-    }
+    let asked = options.actuator(options.drive.as_deref().map(arm::drive).transpose()?)?;
     context.listen();
     let named = read(&files)?;
     let findings = checked(&named, &model, Purpose::Fit)?;
@@ -50,25 +41,6 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let [training, validation] =
         [Role::Training, Role::Validation].map(|role| trajectories(&named, role, wanted));
     let (training, validation) = (training?, validation?);
-    let asked = ActuatorOptions {
-        form: options.form,
-        block: options.block,
-        width: options.width,
-        layers: options.layers,
-        tokens: ActuatorOptions::TOKENS,
-        prior: options.prior,
-        training: options.training(),
-        sensing: (options.sensing == SensingForm::Observer)
-            .then(|| SensingOptions::small(options.sensing_updates as u64, options.contact_n, options.seed)),
-        period: options.period_s,
-        motors: Motors {
-            armature: options.armature_kg_m2,
-            damping: options.damping_n_m_s_per_rad,
-            torque_limit: options.torque_limit_n_m,
-            load_friction: options.load_friction,
-        },
-        drive,
-    };
     let n_parameters = asked.shape(&features).n_parameters();
     print_data(&training, &validation, n_parameters, context);
     let files = ["training", "sensing-training"].map(|ending| options.out.with_extension(ending));
@@ -96,15 +68,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     context.sign(&mut details);
     let actuator = NeuralActuator { details, ..found.actuator };
     actuator.write(&options.out)?;
-    context.print(format_args!("{rate:.0} simulated steps a second in training"));
-    context.print(format_args!(
-        "joints {:.3}° (root mean square) in rollouts on what was not trained on",
-        found.validation
-    ));
-    if let Some(loss) = found.sensing_validation {
-        context
-            .print(format_args!("force, contact and condition: loss {loss:.4} on what was not trained on"));
-    }
+    print_result((found.validation, found.sensing_validation), rate, context);
     unfinished.end(found.is_finished, context)?;
     Ok(Outcome {
         validation_deg: found.validation,
@@ -117,6 +81,19 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         recording_warnings: findings.into_warnings(),
         held_joints: held_joints(&model),
     })
+}
+
+/// Prints the errors in validation, and how fast the training was [steps/s].
+fn print_result((error_deg, sensing_loss): (f64, Option<f64>), rate: f64, context: &Context) {
+    context.print(format_args!("{rate:.0} simulated steps a second in training"));
+    context.print(format_args!(
+        "joints {:.3}° (root mean square) in rollouts on what was not trained on",
+        error_deg
+    ));
+    if let Some(loss) = sensing_loss {
+        context
+            .print(format_args!("force, contact and condition: loss {loss:.4} on what was not trained on"));
+    }
 }
 
 /// Whether the actuator moves the arm as measured: error of the joints in rollouts on what was not trained on [deg].

@@ -43,20 +43,9 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         .collect::<Result<Vec<_>, _>>()?;
     let [velocity, torque] = joined(series.iter());
     let law = Law::for_speeds(&options.law, &velocity)?;
-    let (found, rows, condition) = match method {
-        FrictionMethod::LeastSquares => {
-            let FrictionFit { parameters, offset, fit } =
-                identify_friction(&law, &velocity, &torque, options.huber)?;
-            let rows: Vec<Row> = fit.estimates.iter().map(Row::of_estimate).collect();
-            ((parameters, offset), rows, Some((fit.condition, fit.correlation)))
-        }
-        _ => {
-            let found = identify_friction_by(method, &law, &velocity, &torque, options.seed)?;
-            let rows = named(&law, &found.parameters, found.offset);
-            ((found.parameters, found.offset), rows, None)
-        }
-    };
-    let curve = |v: f64| law.torque(&found.0, &Sliding::at(v)) + found.1;
+    let Found { parameters, offset, rows, condition, correlation } =
+        fit(&law, method, [&velocity, &torque], options)?;
+    let curve = |v: f64| law.torque(&parameters, &Sliding::at(v)) + offset;
     let errors: Vec<f64> = velocity.iter().zip(&torque).map(|(v, tau)| curve(*v) - tau).collect();
     let rms = rms(&errors);
     print_rows(&rows, context);
@@ -67,9 +56,9 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     }
     let warnings = warnings(&velocity, &torque, &rows);
     warnings.iter().for_each(|warning| context.print(warning));
-    let (condition, correlation) = condition.unzip();
     let outcome = Outcome {
         format: IdentificationFormat::Metrics,
+        version: 1,
         law: options.law.clone(),
         method: options.method.clone(),
         joint: options.joint,
@@ -83,7 +72,6 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         seed: options.seed,
         warnings,
         recording_warnings: findings.into_warnings(),
-        version: 1,
         command: context.command.clone(),
         commit: COMMIT.to_owned(),
     };
@@ -94,10 +82,38 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         let folder = ReportFolder { path: folder, png: options.results.png };
         page::write(&folder, &joint, &outcome)?;
     }
-    options
-        .results
-        .write(&Outcome { format: IdentificationFormat::Identification, ..outcome.clone() }, context)?;
+    let file = Outcome { format: IdentificationFormat::Identification, ..outcome.clone() };
+    options.results.write(&file, context)?;
     Ok(outcome)
+}
+
+/// A law with its parameters.
+struct Found {
+    parameters: Vec<f64>,
+    offset: f64,
+    rows: Vec<Row>,
+    /// Of least squares alone.
+    condition: Option<f64>,
+    correlation: Option<Vec<Vec<f64>>>,
+}
+
+fn fit(
+    law: &Law,
+    method: FrictionMethod,
+    [velocity, torque]: [&[f64]; 2],
+    options: &Options,
+) -> anyhow::Result<Found> {
+    if method == FrictionMethod::LeastSquares {
+        let FrictionFit { parameters, offset, fit } =
+            identify_friction(law, velocity, torque, options.huber)?;
+        let rows = fit.estimates.iter().map(Row::of_estimate).collect();
+        let (condition, correlation) = (Some(fit.condition), Some(fit.correlation));
+        return Ok(Found { parameters, offset, rows, condition, correlation });
+    }
+    let found = identify_friction_by(method, law, velocity, torque, options.seed)?;
+    let rows = named(law, &found.parameters, found.offset);
+    let (parameters, offset) = (found.parameters, found.offset);
+    Ok(Found { parameters, offset, rows, condition: None, correlation: None })
 }
 
 /// Whether the law can be used: error and deviation of the torques [N m], condition number, errors of the folds [N m].

@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use hysteron_base::BadInput;
+
 use crate::arm::RobotOptions;
 use crate::arm::identify::MotionOptions;
-use crate::shared::identification::Results;
+use crate::shared::identification::{Results, positive};
 
 /// Bodies, rotors and friction of all joints
 #[derive(Debug, Clone)]
@@ -45,4 +47,22 @@ pub struct Options {
     /// Where the results go.
     #[cfg_attr(feature = "clap", command(flatten))]
     pub results: Results,
+}
+
+impl Options {
+    /// Refuses numbers that cannot be met.
+    ///
+    /// # Errors
+    /// `BadInput` naming the option.
+    pub(super) fn check(&self) -> Result<(), BadInput> {
+        self.motion.check()?;
+        positive("--prior", self.prior)?;
+        if !(0.0..=0.9).contains(&self.hold_out) {
+            return Err(BadInput::new("--hold-out", "a part from 0 to 0.9", self.hold_out.to_string()));
+        }
+        if self.test.is_some() && self.hold_out > 0.0 {
+            return Err(BadInput::new("--hold-out", "this or --test", "both"));
+        }
+        Ok(())
+    }
 }

@@ -1,7 +1,6 @@
 //! Identifies the bodies, rotors and friction of all joints.
 
 use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, TorqueResponse, identify_bodies};
-use hysteron_base::BadInput;
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::verdict::{Criterion, Verdict};
 
@@ -10,9 +9,7 @@ use super::{Options, Outcome, page};
 use crate::arm::identify::motion::{TERMS, joined};
 use crate::arm::identify::recordings;
 use crate::arm::{self, robot::held_joints};
-use crate::shared::identification::{
-    IdentificationFormat, Row, estimates, positive, print_rows, worst_joint,
-};
+use crate::shared::identification::{IdentificationFormat, Row, estimates, print_rows, worst_joint};
 use crate::shared::identification_page::JointSeries;
 use crate::shared::robot_file::{self, Part};
 use crate::{COMMIT, Context, WorkflowError};
@@ -33,14 +30,7 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     if let Some(path) = &options.robot {
         robot_file::check("--robot", path, Part::Whole)?;
     }
-    options.motion.check()?;
-    positive("--prior", options.prior)?;
-    if !(0.0..=0.9).contains(&options.hold_out) {
-        return Err(BadInput::new("--hold-out", "a part from 0 to 0.9", options.hold_out.to_string()).into());
-    }
-    if options.test.is_some() && options.hold_out > 0.0 {
-        return Err(BadInput::new("--hold-out", "this or --test", "both").into());
-    }
+    options.check()?;
     let findings = recordings::checked(&options.recordings, Some(model))?;
     let recorded = options.motion.read_each(&options.recordings, model)?;
     let (fitted, mut held) = split(recorded, options.hold_out);
@@ -52,18 +42,13 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let body_options = BodyOptions { terms: &TERMS, width: options.motion.width, prior: options.prior };
     let fit = identify_bodies(model, &motion, &body_options)?;
     let rows: Vec<Row> = fit.estimates.iter().map(Row::of_term).collect();
-    print_rows(&rows, context);
     let tested = test.as_ref().map(|test| fit.rms_on(test));
-    context.print(format_args!("error of the torques, RMS by joint [N m]: {:.4?}", fit.rms));
-    if let Some(tested) = &tested {
-        context.print(format_args!("on what was not fitted: {tested:.4?}"));
-    }
-    context
-        .print(format_args!("{} combinations determined, condition {:.0}", fit.n_determined, fit.condition));
-    fit.warnings.iter().for_each(|warning| context.print(warning));
+    print_rows(&rows, context);
+    print_errors(&fit, tested.as_deref(), context);
     let responds = if options.response { Some(responds(&fit, [&fitted, &held], context)?) } else { None };
     let outcome = Outcome {
         format: IdentificationFormat::Metrics,
+        version: 1,
         robot: model.name().to_owned(),
         estimates: estimates(&rows),
         rms_n_m: fit.rms.clone(),
@@ -78,7 +63,6 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         response: responds,
         recording_warnings: findings.into_warnings(),
         held_joints: held_joints(model),
-        version: 1,
         command: context.command.clone(),
         commit: COMMIT.to_owned(),
     };
@@ -91,10 +75,20 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         robot_file::write(&fit.model, path, Part::Whole, context)?;
         context.wrote(path);
     }
-    options
-        .results
-        .write(&Outcome { format: IdentificationFormat::Identification, ..outcome.clone() }, context)?;
+    let file = Outcome { format: IdentificationFormat::Identification, ..outcome.clone() };
+    options.results.write(&file, context)?;
     Ok(outcome)
+}
+
+/// Prints the errors of the fit, and those on what was not fitted [N m].
+fn print_errors(fit: &BodyFit, tested: Option<&[f64]>, context: &Context) {
+    context.print(format_args!("error of the torques, RMS by joint [N m]: {:.4?}", fit.rms));
+    if let Some(tested) = tested {
+        context.print(format_args!("on what was not fitted: {tested:.4?}"));
+    }
+    context
+        .print(format_args!("{} combinations determined, condition {:.0}", fit.n_determined, fit.condition));
+    fit.warnings.iter().for_each(|warning| context.print(warning));
 }
 
 /// Whether the bodies give the torques: of the fitted motion, and of one that was not fitted with its errors by joint [N m].

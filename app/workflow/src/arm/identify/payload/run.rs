@@ -51,6 +51,7 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let [without, with] = &found.rms;
     let outcome = Outcome {
         format: IdentificationFormat::Metrics,
+        version: 1,
         robot: model.name().to_owned(),
         frame: frame.to_owned(),
         estimates: estimates(&rows),
@@ -62,7 +63,6 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         verdict: verdict(&rows, &found.rms),
         recording_warnings: findings.into_warnings(),
         held_joints: held_joints(model),
-        version: 1,
         command: context.command.clone(),
         commit: COMMIT.to_owned(),
     };
@@ -74,9 +74,8 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         robot_file::write(&found.model, path, Part::Whole, context)?;
         context.wrote(path);
     }
-    options
-        .results
-        .write(&Outcome { format: IdentificationFormat::Identification, ..outcome.clone() }, context)?;
+    let file = Outcome { format: IdentificationFormat::Identification, ..outcome.clone() };
+    options.results.write(&file, context)?;
     Ok(outcome)
 }
 

@@ -1,10 +1,12 @@
 //! Identifies motor, supply, heat and friction of a servo that swings a weight, by rollout.
 
-use hysteron_actuator::CatalogueDrive;
+use std::path::Path;
+
 use hysteron_actuator::identify::{
-    DriveFitOptions, PendulumRun, QUANTITIES, identify_drive, mean_error, rollout,
+    DriveFit, DriveFitOptions, PendulumRun, QUANTITIES, identify_drive, mean_error, rollout,
 };
 use hysteron_actuator::law::{JointFriction, Law};
+use hysteron_actuator::{CatalogueDrive, Drive};
 use hysteron_base::{BadInput, file};
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::maker::MADE_BY;
@@ -42,12 +44,7 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     if !(1e-5..=0.02).contains(&options.step) {
         return Err(BadInput::new("--step", "0.00001 to 0.02 s", options.step.to_string()).into());
     }
-    let mut entry = arm::drive(&options.drive)?;
-    if let Some(name) = &options.law {
-        let law = Law::named(name).map_err(|bad| BadInput { place: "--law".into(), ..bad })?;
-        let friction = vec![0.0; law.parameters().len()];
-        (entry.drive.gear.law, entry.drive.gear.friction) = (law, friction);
-    }
+    let mut entry = known_drive(options)?;
     let findings = recordings::checked(&[&options.recordings[..], &options.test].concat(), None)?;
     let runs =
         options.recordings.iter().map(|path| run_of(path, options)).collect::<anyhow::Result<Vec<_>>>()?;
@@ -56,28 +53,7 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         entry.drive.supply.voltage = voltage;
     }
     let [runs, test] = [runs, test].map(|all| all.into_iter().map(|run| run.run).collect::<Vec<_>>());
-    let is_there = |value: f64| value.is_finite() && value > 0.0;
-    let quantities: Vec<&str> =
-        QUANTITIES.iter().filter(|q| is_there((q.get)(&entry.drive))).map(|q| q.name).collect();
-    context.listen();
-    let bar = context.progress("evaluations", 0, 0);
-    let watch = |evaluations: usize, error: f64| {
-        bar.set_position(evaluations as u64);
-        bar.set_message(format!("error {error:.4} rad"));
-        !context.is_cancelled()
-    };
-    let fit_options = DriveFitOptions {
-        quantities: &quantities,
-        longest_step: options.step,
-        huber: HUBER,
-        starts: &STARTS,
-        watch: &watch,
-    };
-    let found = identify_drive(&entry.drive, &runs, &fit_options)?;
-    bar.finish();
-    if context.is_cancelled() {
-        return Err(Cancelled::new("; nothing was written").into());
-    }
+    let found = fit(&entry.drive, &runs, options.step, context)?;
     let rows: Vec<Row> = found.fit.estimates.iter().map(Row::of_estimate).collect();
     let error = |runs: &[PendulumRun]| mean_error(&found.drive, found.offset, runs, options.step);
     let (fitted, tested) = (error(&runs), (!test.is_empty()).then(|| error(&test)));
@@ -93,6 +69,7 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let held_out = tested.map(|tested| tested / fitted);
     let outcome = Outcome {
         format: IdentificationFormat::Metrics,
+        version: 1,
         drive: entry.name.to_string(),
         law: found.drive.gear.law.name().to_string(),
         estimates: estimates(&rows),
@@ -105,15 +82,11 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         evaluations: found.fit.evaluations,
         converged: found.fit.is_converged,
         recording_warnings: findings.into_warnings(),
-        version: 1,
         command: context.command.clone(),
         commit: COMMIT.to_owned(),
     };
     if let Some(path) = &options.drive_out {
-        let source = format!("{}, from that of: {}", context.command, entry.source);
-        let drive = CatalogueDrive { drive: found.drive.clone(), source, ..entry.clone() };
-        file::write_bytes(path, format!("{MADE_BY}{}\n{}", context.command, String::from(drive)))?;
-        context.wrote(path);
+        write_drive(path, &found.drive, &entry, context)?;
     }
     if let Some(folder) = &options.results.figures {
         let simulated: Vec<_> =
@@ -122,10 +95,56 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         let folder = ReportFolder { path: folder, png: options.results.png };
         page::write(&folder, &motions, &outcome)?;
     }
-    options
-        .results
-        .write(&Outcome { format: IdentificationFormat::Identification, ..outcome.clone() }, context)?;
+    let file = Outcome { format: IdentificationFormat::Identification, ..outcome.clone() };
+    options.results.write(&file, context)?;
     Ok(outcome)
+}
+
+/// The drive that is named, with another law of friction where one is asked for.
+fn known_drive(options: &Options) -> anyhow::Result<CatalogueDrive> {
+    let mut entry = arm::drive(&options.drive)?;
+    if let Some(name) = &options.law {
+        let law = Law::named(name).map_err(|bad| BadInput { place: "--law".into(), ..bad })?;
+        let friction = vec![0.0; law.parameters().len()];
+        (entry.drive.gear.law, entry.drive.gear.friction) = (law, friction);
+    }
+    Ok(entry)
+}
+
+/// Fits the drive to the motions, with steps of the simulation of at most `step` [s].
+fn fit(drive: &Drive, runs: &[PendulumRun], step: f64, context: &Context) -> anyhow::Result<DriveFit> {
+    let is_there = |value: f64| value.is_finite() && value > 0.0;
+    let quantities: Vec<&str> =
+        QUANTITIES.iter().filter(|q| is_there((q.get)(drive))).map(|q| q.name).collect();
+    context.listen();
+    let bar = context.progress("evaluations", 0, 0);
+    let watch = |evaluations: usize, error: f64| {
+        bar.set_position(evaluations as u64);
+        bar.set_message(format!("error {error:.4} rad"));
+        !context.is_cancelled()
+    };
+    let fit_options = DriveFitOptions {
+        quantities: &quantities,
+        longest_step: step,
+        huber: HUBER,
+        starts: &STARTS,
+        watch: &watch,
+    };
+    let found = identify_drive(drive, runs, &fit_options)?;
+    bar.finish();
+    if context.is_cancelled() {
+        return Err(Cancelled::new("; nothing was written").into());
+    }
+    Ok(found)
+}
+
+/// Writes the drive as identified, with the source of what was not.
+fn write_drive(path: &Path, found: &Drive, known: &CatalogueDrive, context: &Context) -> anyhow::Result<()> {
+    let source = format!("{}, from that of: {}", context.command, known.source);
+    let drive = CatalogueDrive { drive: found.clone(), source, ..known.clone() };
+    file::write_bytes(path, format!("{MADE_BY}{}\n{}", context.command, String::from(drive)))?;
+    context.wrote(path);
+    Ok(())
 }
 
 /// Whether the drive can stand in for the servo: mean error of the angle over these runs [rad], and how many times that of the
