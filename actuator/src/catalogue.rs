@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use hysteron_base::schema::{Array, between, within};
+use hysteron_base::schema::{FixedArray, between, within};
 use hysteron_base::{BadInput, schema};
 use serde::{Deserialize, Serialize};
 
@@ -122,7 +122,7 @@ struct GearTable {
 struct LoopTable {
     ticks_per_turn: f64,
     pwm_full_scale: f64,
-    gain_units: Array<f64, 3>,
+    gain_units: FixedArray<f64, 3>,
     period_ms: f64,
     /// None where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -218,7 +218,7 @@ impl From<CatalogueDrive> for String {
             position_loop: LoopTable {
                 ticks_per_turn: position_loop.ticks_per_turn,
                 pwm_full_scale: position_loop.pwm_full_scale,
-                gain_units: Array(position_loop.gains),
+                gain_units: FixedArray(position_loop.gains),
                 period_ms: 1e3 * position_loop.period,
                 dead_band_ticks: some(position_loop.dead_band),
             },
@@ -305,7 +305,7 @@ fn position_loop(typed: &LoopTable) -> Check<LoopSpec> {
 #[allow(clippy::unwrap_used)] // a test may stop where it stands
 mod tests {
     use super::*;
-    use crate::{Bridge, DriveState, Load};
+    use crate::{Bridge, DriveLoad, DriveState};
 
     /// Stall torque and free speed of the data sheets [N m, rev/min] at their voltage [V]; friction is in what a drive does.
     const DATA_SHEETS: [(&str, f64, f64, f64); 7] = [
@@ -326,7 +326,7 @@ mod tests {
             (drive.supply.voltage, drive.winding.heat_capacity) = (voltage, f64::INFINITY);
             let mut state = DriveState::resting(0.0, drive.winding.reference);
             for _ in 0..5000 {
-                drive.step(&mut state, Bridge::Driven(1.0), Load::torque(0.0), 1e-3);
+                drive.step(&mut state, Bridge::Driven(1.0), DriveLoad::torque(0.0), 1e-3);
             }
             let free = state.velocity * 60.0 / std::f64::consts::TAU;
             // Identified samples and data sheets differ by that much: bam's two MX, our XL330.

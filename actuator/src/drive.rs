@@ -42,14 +42,14 @@ pub struct Drive {
 
 /// Load that moves with the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Load {
+pub struct DriveLoad {
     /// Inertia beyond the gear's own [kg m²].
     pub inertia: f64,
     /// Torque on the output, positive towards positive angles [N m].
     pub torque: f64,
 }
 
-impl Load {
+impl DriveLoad {
     /// A torque alone [N m].
     pub fn torque(torque: f64) -> Self {
         Self { inertia: 0.0, torque }
@@ -84,7 +84,7 @@ impl DriveState {
 
 /// A mass in one step: how it resists a change of speed, and the speed that it brings along.
 #[derive(Clone, Copy)]
-struct Inertia {
+struct StepInertia {
     /// Over the step [N m s/rad].
     slope: f64,
     /// Over the step [N m].
@@ -118,14 +118,14 @@ impl Drive {
     ///
     /// While flanks touch, rotor and load are one mass; between them the rotor turns alone, and the load goes where it is pushed. Where
     /// they meet they go on together, and the momentum stays.
-    pub fn step(&self, state: &mut DriveState, bridge: Bridge, load: Load, h: f64) {
+    pub fn step(&self, state: &mut DriveState, bridge: Bridge, load: DriveLoad, h: f64) {
         let factors = self.winding.factors(state.winding_temperature);
         let line = MotorLine::new(&self.motor, &self.supply, factors, bridge);
         if self.gear.backlash > 0.0 {
             self.turn_with_backlash(state, &line, load, h);
         } else {
             let slope = (self.gear.armature + load.inertia) / h;
-            let together = Inertia { slope, momentum: slope * state.velocity };
+            let together = StepInertia { slope, momentum: slope * state.velocity };
             state.velocity = self.velocity_after(&line, state.velocity, together, load.torque);
             state.rotor_velocity = state.velocity;
         }
@@ -211,10 +211,10 @@ impl Drive {
     }
 
     /// Speeds of rotor and output after a step, and where between the flanks they then are.
-    fn turn_with_backlash(&self, state: &mut DriveState, line: &MotorLine, load: Load, h: f64) {
+    fn turn_with_backlash(&self, state: &mut DriveState, line: &MotorLine, load: DriveLoad, h: f64) {
         let half = 0.5 * self.gear.backlash;
         let slope = self.gear.armature / h;
-        let alone = Inertia { slope, momentum: slope * state.rotor_velocity };
+        let alone = StepInertia { slope, momentum: slope * state.rotor_velocity };
         let rotor = self.velocity_after(line, state.rotor_velocity, alone, 0.0);
         let output = match load.inertia > 0.0 {
             true => state.velocity + h * load.torque / load.inertia,
@@ -230,7 +230,7 @@ impl Drive {
         let flank = half.copysign(lead);
         let closing = (flank - state.lead) / h;
         let of_load = load.inertia / h;
-        let together = Inertia {
+        let together = StepInertia {
             slope: slope + of_load,
             momentum: slope * state.rotor_velocity + of_load * (state.velocity - closing),
         };
@@ -243,7 +243,7 @@ impl Drive {
     ///
     /// Dry friction changes with speed, and may with the motor's torque: it is taken at the speed found with that of the beginning. From
     /// standstill, and where the direction changes, the beginning is breakaway.
-    fn velocity_after(&self, line: &MotorLine, before: f64, mass: Inertia, load_torque: f64) -> f64 {
+    fn velocity_after(&self, line: &MotorLine, before: f64, mass: StepInertia, load_torque: f64) -> f64 {
         let push = mass.momentum + line.stalled + load_torque;
         let with_friction_at = |velocity: f64| {
             let at = Sliding { velocity, motor_torque: line.torque(velocity), load_torque };
@@ -283,8 +283,8 @@ mod tests {
     }
 
     const FULL: Bridge = Bridge::Driven(1.0);
-    const FREE: Load = Load { inertia: 0.0, torque: 0.0 };
-    const HELD: Load = Load { inertia: 1e9, torque: 0.0 };
+    const FREE: DriveLoad = DriveLoad { inertia: 0.0, torque: 0.0 };
+    const HELD: DriveLoad = DriveLoad { inertia: 1e9, torque: 0.0 };
 
     #[test]
     fn free_speed_balances_back_emf_and_friction() {
@@ -369,7 +369,7 @@ mod tests {
         drive.gear.friction = vec![6.17, 11.15 - 6.17, 0.5, 12.18];
         let after = |velocity: f64, torque: f64| {
             let mut state = DriveState { velocity, ..DriveState::resting(0.0, 25.0) };
-            drive.step(&mut state, Bridge::Open, Load::torque(torque), 1e-3);
+            drive.step(&mut state, Bridge::Open, DriveLoad::torque(torque), 1e-3);
             state.velocity
         };
         assert_eq!(after(0.0, 11.1), 0.0);
@@ -427,7 +427,7 @@ mod tests {
     fn flanks_that_meet_keep_the_momentum_and_a_pushed_load_loses_no_motion() {
         let mut drive = with_backlash(0.01);
         drive.gear.friction = vec![0.0, 0.0];
-        let load = Load { inertia: 6e-3, torque: 0.0 };
+        let load = DriveLoad { inertia: 6e-3, torque: 0.0 };
         let mut state = DriveState { rotor_velocity: 1.0, ..DriveState::resting(0.0, 25.0) };
         (0..3).for_each(|_| drive.step(&mut state, Bridge::Open, load, 1e-3));
         assert_eq!((state.velocity, state.rotor_velocity), (0.0, 1.0));
@@ -436,7 +436,7 @@ mod tests {
         assert!((state.velocity - 0.25).abs() < 1e-12 && state.velocity == state.rotor_velocity, "{state:?}");
         assert_eq!(state.lead, -0.005);
         // A load that pushes stays at its flank, whichever way the motor goes.
-        let pushed = Load { torque: -0.3, ..load };
+        let pushed = DriveLoad { torque: -0.3, ..load };
         for k in 0..4000 {
             drive.step(&mut state, Bridge::Driven(0.3 * (4e-3 * f64::from(k)).sin()), pushed, 1e-3);
             assert!(state.lead == -0.005 && (state.velocity - state.rotor_velocity).abs() < 1e-9, "step {k}");
@@ -457,7 +457,7 @@ mod tests {
             let rubs = (alone + share * (load - torque).abs()) * speed.signum() + drive.viscous() * speed;
             let duty = (drive.position_loop.duty_per_radian(gain) * error).clamp(-1.0, 1.0);
             let mut state = DriveState { velocity: speed, ..DriveState::resting(0.0, temperature) };
-            let load = Load { inertia, torque: load };
+            let load = DriveLoad { inertia, torque: load };
             drive.step(&mut state, Bridge::Driven(duty), load, h);
             let whole = (state.velocity - speed) * (inertia + drive.gear.armature) / h;
             // A speed near 1 known to 1e-16 is a torque known to 1e-7.

@@ -22,7 +22,7 @@ mod tendon;
 
 pub use backlash::Play;
 pub use catalogue::CatalogueDrive;
-pub use drive::{Drive, DriveState, Gear, Load};
+pub use drive::{Drive, DriveLoad, DriveState, Gear};
 pub use friction::{Stribeck, capstan_bound, capstan_factor};
 pub use load::{LoadModel, SteadyLoad, SteadyMotion};
 pub use motor::{Bridge, Motor, Supply, Winding};
@@ -31,4 +31,4 @@ pub use position_loop::{Gains, LoopSpec, PositionLoop, ServoCommand};
 pub use presliding::FrictionLaw;
 pub use prony::{Prony, PronyStep};
 pub use servo::{NOMINAL_VOLTAGE, Servo, ServoSpec, TICKS_PER_TURN};
-pub use tendon::{Guide, Tendon, TendonSpec, TendonTrial};
+pub use tendon::{Guide, TendonModel, TendonSpec, TendonTrial};

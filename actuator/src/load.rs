@@ -124,7 +124,7 @@ impl SteadyMotion {
 mod tests {
     use super::*;
     use crate::servo::{Servo, ServoSpec};
-    use crate::{Gains, Load, ServoCommand};
+    use crate::{DriveLoad, Gains, ServoCommand};
     use std::f64::consts::TAU;
 
     const RADIUS: f64 = 0.01;
@@ -156,7 +156,7 @@ mod tests {
                 / TAU) as i32;
             for tick in 0..10 {
                 let torque = -RADIUS * tension(time + 1e-3 * f64::from(tick));
-                servo.step(&command, Load::torque(torque), 1e-3);
+                servo.step(&command, DriveLoad::torque(torque), 1e-3);
             }
             rows.push((f64::from(servo.ticks()) * TAU / 4096.0, servo.load(), tension(time)));
         }

@@ -7,19 +7,19 @@
 //! over the choices of the minimum and the outer one over those of the maximum are both monotone and end
 //! (Howard's algorithm, twice).
 
-use crate::policy::Policy;
-use crate::tendon::{Guide, ROUNDING, Tendon, TendonTrial};
+use crate::policy::GuideChoices;
+use crate::tendon::{Guide, ROUNDING, TendonModel, TendonTrial};
 
 /// Stiffness of a slack segment over that of a taut one, in here only.
 const TRACE: f64 = 1e-9;
 /// Choices tried at most, inner and outer; a handful is usual.
 const MAX_ROUNDS: usize = 60;
 
-impl Tendon {
+impl TendonModel {
     /// Finds statuses, slips and tensions; scratch of the linear solver is overwritten.
     pub(crate) fn solve_by_policies(&self, lengths: &[f64], trial: &mut TendonTrial) {
         let m = self.n_segments();
-        trial.policy[1..m].fill(Policy { is_stuck: true, ..Policy::default() });
+        trial.policy[1..m].fill(GuideChoices { is_stuck: true, ..GuideChoices::default() });
         for j in 1..m {
             trial.slips[j] = self.slips[j];
         }
@@ -50,7 +50,7 @@ impl Tendon {
     }
 
     /// Stiffnesses of the segments before and after guide j as its policy has them [N/m].
-    fn sides(&self, policy: Policy, j: usize) -> (f64, f64) {
+    fn sides(&self, policy: GuideChoices, j: usize) -> (f64, f64) {
         let k = |is_taut: bool, i: usize| self.stiffness[i] * if is_taut { 1.0 + TRACE } else { TRACE };
         (k(policy.is_left_taut, j - 1), k(policy.is_right_taut, j))
     }
@@ -94,7 +94,7 @@ impl Tendon {
             let (k1, k2) = (self.stiffness[j - 1], self.stiffness[j]);
             let tension = |k: f64, s: f64, is_taut: bool| k * (TRACE * s + if is_taut { s } else { 0.0 });
             let back = (k1 + k2) * (self.slips[j] - trial.slips[j]);
-            let miss = |policy: Policy| {
+            let miss = |policy: GuideChoices| {
                 let demanded = |guide| {
                     let (a, b, f) = self.demand(guide, trial.factors[j]);
                     a * tension(k1, s1, policy.is_left_taut) - b * tension(k2, s2, policy.is_right_taut) - f
@@ -107,17 +107,17 @@ impl Tendon {
             };
             let next = match player {
                 Player::Minimum => {
-                    let taut = Policy { is_right_taut: s2 > 0.0, ..policy };
+                    let taut = GuideChoices { is_right_taut: s2 > 0.0, ..policy };
                     let (stuck, free) =
-                        (Policy { is_stuck: true, ..taut }, Policy { is_stuck: false, ..taut });
+                        (GuideChoices { is_stuck: true, ..taut }, GuideChoices { is_stuck: false, ..taut });
                     if miss(free) < miss(stuck) { free } else { stuck }
                 }
                 Player::Maximum => {
-                    let taut = Policy { is_left_taut: s1 > 0.0, is_right_taut: s2 > 0.0, ..policy };
-                    let pulling = Policy { is_pulling: true, ..taut };
+                    let taut = GuideChoices { is_left_taut: s1 > 0.0, is_right_taut: s2 > 0.0, ..policy };
+                    let pulling = GuideChoices { is_pulling: true, ..taut };
                     // The minimum answers to each choice.
-                    let free = Policy { is_pulling: false, is_stuck: false, ..taut };
-                    let stuck = Policy { is_stuck: true, ..free };
+                    let free = GuideChoices { is_pulling: false, is_stuck: false, ..taut };
+                    let stuck = GuideChoices { is_stuck: true, ..free };
                     let other = if miss(free) < miss(stuck) { free } else { stuck };
                     if miss(pulling) > miss(other) { pulling } else { other }
                 }

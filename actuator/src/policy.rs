@@ -2,7 +2,7 @@
 
 /// Choices of one guide.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Policy {
+pub(crate) struct GuideChoices {
     /// Of the maximum: it slides towards the pulley.
     pub is_pulling: bool,
     /// Of the maximum: the segment before it is taut.

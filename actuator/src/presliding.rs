@@ -26,12 +26,12 @@ pub enum FrictionLaw {
 const ELEMENTS: usize = 4;
 
 /// Strains of a guide's elements, each -1 to 1 [-]; the first one alone for Dahl's law.
-pub(crate) type Elements = [f64; ELEMENTS];
+pub(crate) type GuideStrains = [f64; ELEMENTS];
 
 impl FrictionLaw {
     /// The share z of the friction bound after slip `by` from where the elements were `from`, and dz/du
     /// [1/m]: where the two sides differ, that towards `ahead`.
-    pub(crate) fn engaged(self, from: &Elements, by: f64, ahead: f64) -> [f64; 2] {
+    pub(crate) fn engaged(self, from: &GuideStrains, by: f64, ahead: f64) -> [f64; 2] {
         match self {
             Self::Coulomb => [0.0; 2],
             Self::Dahl(length) => {
@@ -55,7 +55,7 @@ impl FrictionLaw {
     }
 
     /// Moves the elements by a slip.
-    pub(crate) fn strain(self, elements: &mut Elements, by: f64) {
+    pub(crate) fn strain(self, elements: &mut GuideStrains, by: f64) {
         match self {
             Self::Coulomb => {}
             Self::Dahl(_) => elements[0] = self.engaged(elements, by, by)[0],
@@ -89,7 +89,7 @@ mod tests {
 
     /// z along a path of slips [m] in steps of `step` [m], from no strain.
     fn along(law: FrictionLaw, turns: &[f64], step: f64) -> Vec<(f64, f64)> {
-        let (mut elements, mut at, mut path) = (Elements::default(), 0.0, Vec::new());
+        let (mut elements, mut at, mut path) = (GuideStrains::default(), 0.0, Vec::new());
         for turn in turns {
             let n = ((turn - at) / step).abs().round();
             let by = (turn - at) / n;
@@ -115,7 +115,7 @@ mod tests {
             };
             assert!((z - exact).abs() < 1e-12, "{at}: {z} {exact}");
         }
-        let [_, slope] = law.engaged(&Elements::default(), 0.0, 1.0);
+        let [_, slope] = law.engaged(&GuideStrains::default(), 0.0, 1.0);
         assert!((slope * LENGTH - 1.0).abs() < 1e-12);
         // Far along it is at its bound, and stays there.
         assert!((along(law, &[50.0 * LENGTH], LENGTH).pop().map_or(0.0, |(_, z)| z) - 1.0).abs() < 1e-12);
@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn slopes_are_those_of_differences_on_either_side() {
-        let mut elements = Elements::default();
+        let mut elements = GuideStrains::default();
         for law in [FrictionLaw::Dahl(LENGTH), FrictionLaw::Prandtl(LENGTH)] {
             law.strain(&mut elements, 0.6 * LENGTH);
             for by in [-0.9, -0.13, 0.0, 0.13, 0.9] {

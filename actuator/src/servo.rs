@@ -1,6 +1,6 @@
 //! A position servo: a drive with the memory of its position loop, and what it reports.
 
-use crate::drive::{Drive, DriveState, Gear, Load};
+use crate::drive::{Drive, DriveLoad, DriveState, Gear};
 use crate::friction::Stribeck;
 use crate::law::{Law, SymmetricStribeck};
 use crate::motor::{Bridge, Motor, Supply, Winding};
@@ -147,7 +147,7 @@ impl Servo {
     }
 
     /// Lets `h` [s] pass, not more than a control period, under `load`.
-    pub fn step(&mut self, command: &ServoCommand, load: Load, h: f64) {
+    pub fn step(&mut self, command: &ServoCommand, load: DriveLoad, h: f64) {
         let at = (self.state.angle, self.state.velocity);
         self.duty = self.position_loop.duty(&self.drive.position_loop, command, at, h);
         let bridge = if command.torque_on { Bridge::Driven(self.duty) } else { Bridge::Open };

@@ -7,7 +7,7 @@
 //! Every f_j falls with its own slip and rises with its neighbours', so the solution is unique; the system of each iteration
 //! is tridiagonal and diagonally dominant. A slip stops where it would reverse: there the slope of z jumps.
 
-use crate::tendon::{Guide, ROUNDING, Tendon, TendonTrial};
+use crate::tendon::{Guide, ROUNDING, TendonModel, TendonTrial};
 
 /// More iterations than any increment has needed by far.
 const MAX_ITERATIONS: usize = 200;
@@ -20,7 +20,7 @@ const TRACE: f64 = 1e-6;
 /// Residual over E A that rounding leaves [-].
 const ROOM: f64 = 10.0 * ROUNDING;
 
-impl Tendon {
+impl TendonModel {
     /// Finds slips and tensions, from the slips in `trial`; its row factors are then those of the tangent.
     pub(crate) fn solve_sliding(&self, lengths: &[f64], trial: &mut TendonTrial) {
         let m = self.n_segments();

@@ -8,8 +8,8 @@
 //! no statuses, but a share of its bound for every slip; Newton's method finds the slips (`sliding.rs`).
 
 use crate::friction::capstan_factor;
-use crate::policy::Policy;
-use crate::presliding::{Elements, FrictionLaw};
+use crate::policy::GuideChoices;
+use crate::presliding::{FrictionLaw, GuideStrains};
 use hysteron_base::BadInput;
 
 /// Parameters of a tendon and its guides.
@@ -41,7 +41,7 @@ pub enum Guide {
 
 /// A tendon and its memory.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tendon {
+pub struct TendonModel {
     /// Its parameters.
     pub spec: TendonSpec,
     /// Stiffness of each segment (n_segments) [N/m].
@@ -54,7 +54,7 @@ pub struct Tendon {
     /// Last status of each guide; the first and the last entry mean nothing (n_segments + 1).
     pub guides: Vec<Guide>,
     /// How far friction that gives way has been strained at each guide (n_segments + 1) [-].
-    pub(crate) elements: Vec<Elements>,
+    pub(crate) elements: Vec<GuideStrains>,
     /// Work done on the guides so far: heat, and the elastic energy of friction that gives way [J].
     pub dissipated: f64,
 }
@@ -62,11 +62,11 @@ pub struct Tendon {
 /// A state that a tendon would take, and scratch. Belongs to one tendon.
 #[derive(Debug, Clone, Default)]
 pub struct TendonTrial {
-    /// As in [`Tendon`].
+    /// As in [`TendonModel`].
     pub slips: Vec<f64>,
-    /// As in [`Tendon`].
+    /// As in [`TendonModel`].
     pub tensions: Vec<f64>,
-    /// As in [`Tendon`].
+    /// As in [`TendonModel`].
     pub guides: Vec<Guide>,
     /// ∂T/∂l for the present statuses (n_segments × n_segments, by rows), written by [`TendonTrial::tangent`] [N/m].
     pub tangent: Vec<f64>,
@@ -82,7 +82,7 @@ pub struct TendonTrial {
     pub(crate) defect: Vec<f64>,
     pub(crate) pivot: Vec<f64>,
     pub(crate) right: Vec<f64>,
-    pub(crate) policy: Vec<Policy>,
+    pub(crate) policy: Vec<GuideChoices>,
     /// Slips at the beginning of an iteration, and how they change in it.
     pub(crate) start: Vec<f64>,
     pub(crate) change: Vec<f64>,
@@ -93,7 +93,7 @@ const MAX_ACTIVE_SETS: usize = 10;
 /// Rounding of a stretch over the lengths it comes from.
 pub(crate) const ROUNDING: f64 = 1e-13;
 
-impl Tendon {
+impl TendonModel {
     /// A tendon at rest: no slip, no tension.
     ///
     /// # Errors
@@ -132,7 +132,7 @@ impl Tendon {
             slips: vec![0.0; n + 1],
             tensions: vec![0.0; n],
             guides: vec![Guide::Sticks; n + 1],
-            elements: vec![Elements::default(); n + 1],
+            elements: vec![GuideStrains::default(); n + 1],
             dissipated: 0.0,
         }
     }
@@ -158,7 +158,7 @@ impl Tendon {
             defect: vec![1.0; n + 1],
             pivot: vec![1.0; n + 1],
             right: vec![0.0; n + 1],
-            policy: vec![Policy::default(); n + 1],
+            policy: vec![GuideChoices::default(); n + 1],
             start: vec![0.0; n + 1],
             change: vec![0.0; n + 1],
         }
@@ -300,7 +300,7 @@ impl TendonTrial {
     /// Writes ∂T/∂l for the present statuses, with the pulled length and the wrap angles held.
     ///
     /// `tendon` must be the one that was solved last with this trial. Not symmetric where guides slip.
-    pub fn tangent(&mut self, tendon: &Tendon) {
+    pub fn tangent(&mut self, tendon: &TendonModel) {
         let m = tendon.n_segments();
         for column in 0..m {
             // Change of each slip per length of segment `column`: the factor of `solve_statuses` again.

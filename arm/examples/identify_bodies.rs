@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use hysteron_arm::datasets::kuka_arm;
 use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, TorqueResponse, identify_bodies};
-use hysteron_arm::{Columns, Data, ImportOptions, Model, Recorded, import, inverse_dynamics};
+use hysteron_arm::{ColumnMap, Data, ImportOptions, Model, Recorded, import, inverse_dynamics};
 use hysteron_base::{Metadata, json};
 use hysteron_fuzz::data_folder;
 use serde_json::Value;
@@ -50,8 +50,11 @@ fn with_currents(
     (rate, cutoff): (Option<f64>, f64),
     torque_constants: &[f64],
 ) -> Fallible<JointMotion> {
-    let options =
-        ImportOptions { columns: Some(Columns::named(columns)?), rate_hz: rate, ..ImportOptions::default() };
+    let options = ImportOptions {
+        columns: Some(ColumnMap::named(columns)?),
+        rate_hz: rate,
+        ..ImportOptions::default()
+    };
     let imported = import(path, &options, Metadata::default())?;
     Ok(JointMotion::of_recording(&Recorded::of(&imported.recording)?, torque_constants, 4, cutoff)?)
 }

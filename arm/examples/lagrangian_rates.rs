@@ -14,7 +14,9 @@ use std::time::Instant;
 use hysteron_arm::lagrangian::{
     InputForm, LearnedDynamics, NetworkShape, Samples, Scales, TorqueObjective, Variant, Weights,
 };
-use hysteron_learn::{Activation, Adam, Decay, Objective, Progress, Schedule, Session, minimise};
+use hysteron_learn::{
+    Activation, Adam, Decay, Objective, Schedule, TrainingProgress, TrainingSession, minimise,
+};
 use rustix::time::{ClockId, clock_gettime};
 
 const JOINTS: usize = 7;
@@ -67,14 +69,14 @@ fn step(shape: &NetworkShape, samples: &Samples) -> [f64; 2] {
         NotEvaluated(TorqueObjective::<f32>::new(shape, [samples, samples], Weights::Equal, 0.0));
     let mut best = [f64::INFINITY; 2];
     let (mut start, mut start_by_clock) = (now(), Instant::now());
-    let mut progress = |p: &Progress| {
-        if let Progress::Epoch(_) = p {
+    let mut progress = |p: &TrainingProgress| {
+        if let TrainingProgress::Epoch(_) = p {
             best = [best[0].min(now() - start), best[1].min(start_by_clock.elapsed().as_secs_f64())];
             (start, start_by_clock) = (now(), Instant::now());
         }
         true
     };
-    let mut session = Session { file: None, progress: &mut progress };
+    let mut session = TrainingSession { file: None, progress: &mut progress };
     minimise(&mut objective, begin, (1, BATCH), &schedule, &serde_json::Value::Null, &mut session).unwrap();
     best.map(|best| 1e3 * best / STEPS as f64)
 }

@@ -13,7 +13,7 @@ use hysteron_arm::neural::{
     Features, GripperAxis, Heads, InputScale, LossWeights, Segment, Simulation, SimulationOptions,
     Trajectory, horizon_gradient,
 };
-use hysteron_learn::{Form, Model as _, TapePool, Transformer, TransformerShape};
+use hysteron_learn::{TapePool, TemporalForm, TrainableModel as _, Transformer, TransformerShape};
 use rustix::time::{ClockId, clock_gettime};
 
 /// Arms side by side, and the steps that each of them goes.
@@ -85,7 +85,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let asked = std::env::args().nth(1);
     let mut rates = hysteron_base::json!({ "inputs": features.len() });
-    for (name, form) in [("streaming", Form::Streaming), ("published", Form::Window)] {
+    for (name, form) in [("streaming", TemporalForm::Streaming), ("published", TemporalForm::Window)] {
         if asked.as_ref().is_none_or(|asked| asked == name) {
             rates[name] = rate(form)?.into();
         }

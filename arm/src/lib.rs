@@ -82,7 +82,7 @@ pub use excite::{
 pub use external::ExternalForce;
 pub use friction_step::Stops;
 pub use import::{
-    ArmKnown, BadRows, CURRENTS_BY, Columns, ImportOptions, Imported, POSITION_GAIN, UnitCheck, import,
+    ArmKnown, BadRows, CURRENTS_BY, ColumnMap, ImportOptions, Imported, POSITION_GAIN, UnitCheck, import,
     with_arm,
 };
 pub use joint_series::{ForceSeries, JointSeries, Recorded};

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use hysteron_base::Law;
+use hysteron_base::MaterialLaw;
 use hysteron_base::lanes::Isa;
 use hysteron_bench::scenes::{N_PRIMARY, Setting, sofa_mesh, sofa_scene};
 use hysteron_fem::{FemModel, Mesh, Stiffness, Tangent};
@@ -13,7 +13,7 @@ use hysteron_twin::{Stepper, Target};
 
 /// The body and node positions with the robot bent by 3 mm of stroke.
 fn bent(mesh: &Mesh) -> (FemModel, Vec<[f64; 4]>) {
-    let setting = Setting { law: Law::Corotational, ..Setting::TARGETS };
+    let setting = Setting { law: MaterialLaw::Corotational, ..Setting::TARGETS };
     let twin = sofa_scene(setting, mesh, N_PRIMARY).unwrap();
     let mut stepper = Stepper::new(&twin);
     let targets = [3e-3, 0.0, -3e-3, 0.0].map(Target::Stroke);

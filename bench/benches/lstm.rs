@@ -4,16 +4,16 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use hysteron_bench::learn::{Stepped, Training, TransformerPasses, runner, transformer};
-use hysteron_learn::{Form, Outputs, WeightFormat};
+use hysteron_learn::{HeadOutputs, TemporalForm, WeightFormat};
 
 fn training(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("lstm/step/2x512");
     group.sample_size(10);
     for (name, mut training) in [
-        ("fused/64x20", Training::fused(20, Outputs::All).unwrap()),
+        ("fused/64x20", Training::fused(20, HeadOutputs::All).unwrap()),
         ("candle/64x20", Training::unrolled(20).unwrap()),
-        ("fused/64x200", Training::fused(200, Outputs::All).unwrap()),
-        ("fused/64x200, loss at the last sample", Training::fused(200, Outputs::Last).unwrap()),
+        ("fused/64x200", Training::fused(200, HeadOutputs::All).unwrap()),
+        ("fused/64x200, loss at the last sample", Training::fused(200, HeadOutputs::Last).unwrap()),
     ] {
         // From the same weights: the proof of equal work.
         println!("    loss of {name} at first {:.6}", training.step().unwrap());
@@ -35,15 +35,15 @@ fn rollout(criterion: &mut Criterion) {
 
 fn transformers(criterion: &mut Criterion) {
     for (name, form, format) in [
-        ("transformer/sample/published", Form::Window, WeightFormat::Float32),
-        ("transformer/sample/streaming", Form::Streaming, WeightFormat::Float32),
-        ("transformer/sample/streaming, 16 bits", Form::Streaming, WeightFormat::Int16),
+        ("transformer/sample/published", TemporalForm::Window, WeightFormat::Float32),
+        ("transformer/sample/streaming", TemporalForm::Streaming, WeightFormat::Float32),
+        ("transformer/sample/streaming, 16 bits", TemporalForm::Streaming, WeightFormat::Int16),
     ] {
         let mut runner = transformer(form, format).unwrap();
         criterion.bench_function(name, |bencher| bencher.iter(|| runner.step(&[0.1; 36])[0]));
         println!("    output {:.6}", runner.step(&[0.1; 36])[0]);
     }
-    for (name, form) in [("published", Form::Window), ("streaming", Form::Streaming)] {
+    for (name, form) in [("published", TemporalForm::Window), ("streaming", TemporalForm::Streaming)] {
         let mut one = TransformerPasses::new(form, 1).unwrap();
         let window = format!("transformer/window/{name}");
         criterion.bench_function(&format!("{window}/fused"), |bencher| bencher.iter(|| one.fused()[0]));

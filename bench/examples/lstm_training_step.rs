@@ -6,7 +6,7 @@
 use anyhow::{Context, Result, bail};
 use hysteron_base::json;
 use hysteron_bench::learn::Training;
-use hysteron_learn::Outputs;
+use hysteron_learn::HeadOutputs;
 
 const USAGE: &str = "usage: lstm_training_step STEPS REPETITIONS all|last";
 
@@ -14,8 +14,8 @@ fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [steps, repetitions, outputs] = &arguments[..] else { bail!(USAGE) };
     let outputs = match outputs.as_str() {
-        "all" => Outputs::All,
-        "last" => Outputs::Last,
+        "all" => HeadOutputs::All,
+        "last" => HeadOutputs::Last,
         _ => bail!(USAGE),
     };
     let number = |text: &String| -> Result<usize> { text.parse().context(USAGE) };

@@ -5,12 +5,16 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use hysteron_base::{Channel, Metadata, Recording, Scene};
-use hysteron_twin::coreact::{Auxiliary, AuxiliaryPolicy, Goal, Identifier, IdentifyOptions, identify};
-use hysteron_twin::residual::{RecurrentOptions, ResidualModel, Rollout, Sequence, Sessions, fit_recurrent};
-use hysteron_twin::sense::{
-    ForceSensor, Observer, SenseSample, Sensing, ServoLoad, TensionErrors, TipErrors,
+use hysteron_twin::coreact::{
+    AuxiliaryLimits, AuxiliaryPolicy, Identifier, IdentifyOptions, TipMeasurement, identify,
 };
-use hysteron_twin::{Motion, Plant, Twin, Uncorrected};
+use hysteron_twin::residual::{
+    CorrectedRollout, RecurrentOptions, ResidualModel, Sequence, Sessions, fit_recurrent,
+};
+use hysteron_twin::sense::{
+    ForceSensor, SenseSample, ServoLoad, TendonSensing, TensionErrors, TipErrors, TwinObserver,
+};
+use hysteron_twin::{Motion, PhysicsTwin, Plant, Twin};
 
 use crate::measure::percentile;
 use crate::rig::{AMPLITUDE, Circling, PERIOD};
@@ -54,7 +58,7 @@ const SENSOR: ForceSensor = ForceSensor {
 #[derive(Debug)]
 pub struct Circle {
     twin: Twin,
-    auxiliary: Auxiliary,
+    auxiliary: AuxiliaryLimits,
     motion: Motion,
 }
 
@@ -66,7 +70,7 @@ impl Circle {
     pub fn new(file: &str, n: usize) -> Result<Self> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshes/tpu80");
         let twin = Twin::from_scene(&Scene::read(folder.join(file))?)?;
-        let auxiliary = Auxiliary::new(&twin)?;
+        let auxiliary = AuxiliaryLimits::new(&twin)?;
         let motion = Motion::for_identification(&twin, &recorded(AMPLITUDE, N_WARM + n)?, file)?;
         Ok(Self { twin, auxiliary, motion })
     }
@@ -79,7 +83,7 @@ impl Circle {
         let mut identifier = Identifier::new(&self.twin, &self.auxiliary, IdentifyOptions::default());
         let mut left = Vec::new();
         let rate = self.rate(|k, strokes| {
-            let goal = Goal { position: self.motion.tips[k], orientation: None };
+            let goal = TipMeasurement { position: self.motion.tips[k], orientation: None };
             left.push(AuxiliaryPolicy::step(&mut identifier, strokes, Some(&goal), PERIOD)?.distance);
             Ok(())
         })?;
@@ -91,7 +95,7 @@ impl Circle {
     /// # Errors
     /// A step fails.
     pub fn bare(&self) -> Result<f64> {
-        let mut uncorrected = Uncorrected::new(&self.twin);
+        let mut uncorrected = PhysicsTwin::new(&self.twin);
         self.rate(|_, strokes| Ok(uncorrected.step(strokes).map(drop)?))
     }
 
@@ -100,7 +104,7 @@ impl Circle {
     /// # Errors
     /// A step fails.
     pub fn rolled_out(&self, model: &ResidualModel) -> Result<f64> {
-        let mut rollout = Rollout::new(&self.twin, &self.auxiliary, model, PERIOD)?;
+        let mut rollout = CorrectedRollout::new(&self.twin, &self.auxiliary, model, PERIOD)?;
         self.rate(|_, strokes| Ok(Plant::step(&mut rollout, strokes).map(drop)?))
     }
 
@@ -109,7 +113,7 @@ impl Circle {
     /// # Errors
     /// A step fails.
     pub fn rollout_times(&self, model: &ResidualModel) -> Result<Vec<f64>> {
-        let mut rollout = Rollout::new(&self.twin, &self.auxiliary, model, PERIOD)?;
+        let mut rollout = CorrectedRollout::new(&self.twin, &self.auxiliary, model, PERIOD)?;
         self.times(|k| Ok(Plant::step(&mut rollout, self.motion.strokes_at(k)).map(drop)?))
     }
 
@@ -118,9 +122,9 @@ impl Circle {
     /// # Errors
     /// A step fails.
     pub fn sensing_times(&self, model: &ResidualModel) -> Result<Vec<f64>> {
-        let rollout = Box::new(Rollout::new(&self.twin, &self.auxiliary, model, PERIOD)?);
-        let mut observer = Observer::new(&self.twin, rollout, self.motion.strokes_at(0), PERIOD)?;
-        let mut sensing = Sensing::new(&SENSOR, self.twin.n_primary)?;
+        let rollout = Box::new(CorrectedRollout::new(&self.twin, &self.auxiliary, model, PERIOD)?);
+        let mut observer = TwinObserver::new(&self.twin, rollout, self.motion.strokes_at(0), PERIOD)?;
+        let mut sensing = TendonSensing::new(&SENSOR, self.twin.n_primary)?;
         self.times(|k| {
             let strokes = self.motion.strokes_at(k);
             let angles: Vec<f64> = strokes.iter().map(|stroke| stroke / RADIUS).collect();

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use hysteron_base::Scene;
-use hysteron_twin::fit::{Frame, MaterialOptions, Stepping, Wanted, fit_material, select};
+use hysteron_twin::fit::{FitParameter, MaterialOptions, Stepping, TipFrame, fit_material, select};
 use hysteron_twin::{Motion, Twin};
 
 use crate::coreact::recorded;
@@ -33,10 +33,10 @@ pub fn rows(n: usize) -> Result<Vec<Row>> {
     let motion =
         |amplitude: &f64| Ok(Motion::new(&twin, &recorded(*amplitude, n)?, "the virtual rig's circle")?);
     let motions: Vec<Motion> = AMPLITUDES.iter().map(motion).collect::<Result<_>>()?;
-    let wanted: Vec<Wanted> = PARAMETERS.iter().map(|name| Wanted::named(*name)).collect();
+    let wanted: Vec<FitParameter> = PARAMETERS.iter().map(|name| FitParameter::named(*name)).collect();
     let selected = select(&scene, &wanted)?;
     let options = MaterialOptions {
-        frame: Frame::Trusted,
+        frame: TipFrame::Trusted,
         stepping: STEPPING,
         huber: None,
         tension_max: None,

@@ -5,8 +5,9 @@ use std::time::Instant;
 
 use anyhow::Result;
 use hysteron_learn::{
-    Adam, Architecture, Batch, Form, Head, Memory, Network, Outputs, Runner, Trainer, Transformer,
-    TransformerGraph, TransformerRunner, TransformerShape, TransformerTape, WeightFormat,
+    Adam, Architecture, HeadActivation, HeadOutputs, Memory, Network, Runner, SequenceBatch, TemporalForm,
+    Trainer, Transformer, TransformerGraph, TransformerRunner, TransformerShape, TransformerTape,
+    WeightFormat,
 };
 
 use crate::measure::{shortest, shortest_of_both};
@@ -21,20 +22,27 @@ pub struct Training {
     trainer: Trainer,
     inputs: Vec<f32>,
     steps: usize,
-    outputs: Outputs,
+    outputs: HeadOutputs,
 }
 
 impl Training {
     /// 2 × 512 units, 2 inputs, 4 outputs: the controller's network; batches of 64 sequences of `steps` samples.
     fn architecture() -> Architecture {
-        Architecture { inputs: 2, hidden: 512, layers: 2, outputs: 4, head: Head::Linear, dropout: 0.0 }
+        Architecture {
+            inputs: 2,
+            hidden: 512,
+            layers: 2,
+            outputs: 4,
+            head: HeadActivation::Linear,
+            dropout: 0.0,
+        }
     }
 
     /// With fused layers; the loss is of these outputs.
     ///
     /// # Errors
     /// A device refuses.
-    pub fn fused(steps: usize, outputs: Outputs) -> Result<Self> {
+    pub fn fused(steps: usize, outputs: HeadOutputs) -> Result<Self> {
         let network = Network::new(&Self::architecture(), 1)?;
         Ok(Self::with(Trainer::new(network, Adam::default(), 1)?, steps, outputs))
     }
@@ -45,10 +53,10 @@ impl Training {
     /// As [`Training::fused`].
     pub fn unrolled(steps: usize) -> Result<Self> {
         let network = Network::new(&Self::architecture(), 1)?;
-        Ok(Self::with(Trainer::unrolled(network, Adam::default(), 1)?, steps, Outputs::All))
+        Ok(Self::with(Trainer::unrolled(network, Adam::default(), 1)?, steps, HeadOutputs::All))
     }
 
-    fn with(trainer: Trainer, steps: usize, outputs: Outputs) -> Self {
+    fn with(trainer: Trainer, steps: usize, outputs: HeadOutputs) -> Self {
         let wave = |k: usize| (0.1 * (k / (2 * ROWS)) as f32 + 0.37 * (k % (2 * ROWS)) as f32).sin();
         Self { trainer, inputs: (0..steps * ROWS * 2).map(wave).collect(), steps, outputs }
     }
@@ -58,7 +66,8 @@ impl Training {
     /// # Errors
     /// Training diverged.
     pub fn step(&mut self) -> Result<f64> {
-        let batch = Batch { inputs: &self.inputs, steps: self.steps, rows: ROWS, outputs: self.outputs };
+        let batch =
+            SequenceBatch { inputs: &self.inputs, steps: self.steps, rows: ROWS, outputs: self.outputs };
         let mut memory = Memory::zeros(self.trainer.network().architecture(), ROWS);
         let loss = |outputs: &[f32], d_outputs: &mut [f32]| {
             let mut sum = 0.0;
@@ -101,16 +110,21 @@ pub enum Stepped {
 /// None: the sizes are legal.
 pub fn runner(stepped: Stepped) -> Result<Runner> {
     let architecture = match stepped {
-        Stepped::Residual => {
-            Architecture { inputs: 7, hidden: 128, layers: 2, outputs: 36, head: Head::Linear, dropout: 0.0 }
-        }
+        Stepped::Residual => Architecture {
+            inputs: 7,
+            hidden: 128,
+            layers: 2,
+            outputs: 36,
+            head: HeadActivation::Linear,
+            dropout: 0.0,
+        },
         Stepped::Controller => Training::architecture(),
     };
     Ok(Runner::new(&Network::new(&architecture, 1)?))
 }
 
 /// NeuralActuator's published sizes: 36 inputs, and heads for torques, force, contact and condition.
-fn published(form: Form) -> Result<Transformer<f32>> {
+fn published(form: TemporalForm) -> Result<Transformer<f32>> {
     Ok(Transformer::new(&TransformerShape::published(36, &[5, 3, 1, 5], form), 1)?)
 }
 
@@ -118,12 +132,12 @@ fn published(form: Form) -> Result<Transformer<f32>> {
 ///
 /// # Errors
 /// None: the sizes are legal.
-pub fn transformer(form: Form, format: WeightFormat) -> Result<TransformerRunner> {
+pub fn transformer(form: TemporalForm, format: WeightFormat) -> Result<TransformerRunner> {
     Ok(TransformerRunner::new(&published(form)?, format))
 }
 
 /// Time of one sample of a Transformer on one core [ms].
-fn transformer_ms(form: Form, format: WeightFormat) -> Result<f64> {
+fn transformer_ms(form: TemporalForm, format: WeightFormat) -> Result<f64> {
     let mut runner = transformer(form, format)?;
     let hundred = || {
         (0..100).for_each(|_| {
@@ -148,13 +162,13 @@ impl TransformerPasses {
     ///
     /// # Errors
     /// None: the sizes are legal.
-    pub fn new(form: Form, rows: usize) -> Result<Self> {
+    pub fn new(form: TemporalForm, rows: usize) -> Result<Self> {
         let network = published(form)?;
         let shape = network.shape();
         let tape = TransformerTape::new(shape, shape.tokens, rows);
         let graph = TransformerGraph::new(&network, rows)?;
         let numbers = |n: usize| (0..n).map(|i| (0.37 * i as f32).sin()).collect::<Vec<_>>();
-        let n_results = if form == Form::Window { 1 } else { shape.tokens };
+        let n_results = if form == TemporalForm::Window { 1 } else { shape.tokens };
         let (inputs, weights) =
             (numbers(shape.tokens * rows * shape.inputs), numbers(n_results * rows * shape.outputs()));
         Ok(Self { gradient: network.zeros(), network, tape, graph, inputs, weights })
@@ -217,8 +231,8 @@ fn transformer_rows() -> Result<Vec<Row>> {
         passes.by_candle()?;
         Ok(1e3 * shortest(30, || drop(black_box(passes.by_candle()))))
     };
-    let (window, streamed) = (by_candle(Form::Window)?, by_candle(Form::Streaming)?);
-    let mut passes = TransformerPasses::new(Form::Window, ROWS)?;
+    let (window, streamed) = (by_candle(TemporalForm::Window)?, by_candle(TemporalForm::Streaming)?);
+    let mut passes = TransformerPasses::new(TemporalForm::Window, ROWS)?;
     let apart = passes.apart()?;
     let [fast, slow] = shortest_of_both(10, |_| -> Result<[f64; 2]> {
         let start = Instant::now();
@@ -234,20 +248,20 @@ fn transformer_rows() -> Result<Vec<Row>> {
             format!(
                 "{name}, published form: one sample (the authors' release, as its notes print it: 2.6 ms)"
             ),
-            transformer_ms(Form::Window, WeightFormat::Float32)?,
+            transformer_ms(TemporalForm::Window, WeightFormat::Float32)?,
             "ms",
         )
         .against(window, THEIRS)
         .goal(Goal::AtMost(0.5)),
         Row::new(
             format!("{name}, streaming form: one sample"),
-            transformer_ms(Form::Streaming, WeightFormat::Float32)?,
+            transformer_ms(TemporalForm::Streaming, WeightFormat::Float32)?,
             "ms",
         )
         .against(streamed, THEIRS),
         Row::new(
             format!("{name}, streaming form, 16-bit weights: one sample"),
-            transformer_ms(Form::Streaming, WeightFormat::Int16)?,
+            transformer_ms(TemporalForm::Streaming, WeightFormat::Int16)?,
             "ms",
         )
         .against(streamed, THEIRS)
@@ -279,7 +293,7 @@ fn sample_seconds(stepped: Stepped) -> Result<f64> {
 /// # Errors
 /// Training diverged.
 pub fn rows(repetitions: usize, steps: usize) -> Result<Vec<Row>> {
-    let (mut fused, mut unrolled) = (Training::fused(steps, Outputs::All)?, Training::unrolled(steps)?);
+    let (mut fused, mut unrolled) = (Training::fused(steps, HeadOutputs::All)?, Training::unrolled(steps)?);
     let mut apart = 0.0f64;
     let [fast, slow] = shortest_of_both(repetitions.max(2), |k| -> Result<[f64; 2]> {
         let ((here, fast), (there, slow)) = (fused.timed()?, unrolled.timed()?);

@@ -3,7 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use hysteron_base::{Bounds, Drive, Friction, Law, LengthUnit, Material, Region, Scene, Solver, Tendon, Tip};
+use hysteron_base::{
+    Bounds, Friction, LengthUnit, Material, MaterialLaw, PrescribedQuantity, Region, Scene, Solver, Tendon,
+    Tip,
+};
 use hysteron_fem::{Layers, Mesh, Order, Tube, read_mesh};
 use hysteron_twin::Twin;
 
@@ -23,7 +26,7 @@ const PULLS_ONLY: Bounds = Bounds { min: 0.0, max: 1e3 };
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setting {
     /// Strain measure and stress.
-    pub law: Law,
+    pub law: MaterialLaw,
     /// Relative force residual [-].
     pub relative_residual: f64,
     /// Stroke error [m].
@@ -39,7 +42,7 @@ pub struct Setting {
 impl Setting {
     /// Accuracy of the performance targets: 1e-6 and 1e-6 mm.
     pub const TARGETS: Self = Self {
-        law: Law::Corotational,
+        law: MaterialLaw::Corotational,
         relative_residual: 1e-6,
         stroke_tolerance: 1e-9,
         ring: 0.0,
@@ -62,7 +65,7 @@ impl Setting {
     };
 
     /// Converged far beyond the reference's own 1e-10 mm.
-    pub fn exact(law: Law) -> Self {
+    pub fn exact(law: MaterialLaw) -> Self {
         Self { law, relative_residual: 1e-10, stroke_tolerance: 1e-13, ..Self::TARGETS }
     }
 }
@@ -148,7 +151,7 @@ pub fn tendon(name: String, points: Vec<[f64; 3]>, tension: Bounds) -> Tendon {
         name,
         points,
         fixed: Vec::new(),
-        drive: Drive::Stroke,
+        drive: PrescribedQuantity::Stroke,
         tension,
         stroke,
         attach_within: 3e-4,

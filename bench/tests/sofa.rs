@@ -3,7 +3,7 @@
 //! `TOL_SCALE` multiplies the tolerances; 0 prints every residual and fails.
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
-use hysteron_base::Law;
+use hysteron_base::MaterialLaw;
 use hysteron_bench::columns::read_columns;
 use hysteron_bench::drive::one_sided;
 use hysteron_bench::scenes::{MAY_PUSH, N_PRIMARY, N_TENDONS, Setting, sofa_folder, sofa_mesh, sofa_scene};
@@ -41,7 +41,8 @@ const TO_10_MM: usize = 50;
 #[test]
 fn edge_rotation_reproduces_sofa_polar_to_7_mm() {
     let curve = Curve::read("ref_A_qs_aux0_polar_one.csv").unwrap();
-    let differences = compare(&sofa_mesh().unwrap(), Law::CorotationalEdges, &curve, TO_7_MM).unwrap();
+    let differences =
+        compare(&sofa_mesh().unwrap(), MaterialLaw::CorotationalEdges, &curve, TO_7_MM).unwrap();
     let mut judge = Judge::default();
     // The file gives tips with twelve digits and tensions with six.
     judge.check("tip", worst(&differences, |d| d.tip), 1e-8);
@@ -61,7 +62,7 @@ fn polar_rotation_deflects_as_sofa_polar_and_large() {
     ];
     for (name, file, last, deflection, tip) in cases {
         let curve = Curve::read(file).unwrap();
-        let differences = compare(&mesh, Law::Corotational, &curve, last).unwrap();
+        let differences = compare(&mesh, MaterialLaw::Corotational, &curve, last).unwrap();
         judge.check(&format!("{name}: deflection"), worst(&differences, |d| d.deflection), deflection);
         judge.check(&format!("{name}: tip"), worst(&differences, |d| d.tip), tip);
     }
@@ -75,7 +76,7 @@ fn delassus_at_rest_is_that_of_sofa() {
     // mm/N to m/N.
     let reference: Vec<f64> =
         rows.flat_map(|row| row.split(',')).map(|entry| 1e-3 * entry.parse::<f64>().unwrap()).collect();
-    for law in [Law::Corotational, Law::CorotationalEdges] {
+    for law in [MaterialLaw::Corotational, MaterialLaw::CorotationalEdges] {
         let twin = sofa_scene(Setting::exact(law), &sofa_mesh().unwrap(), N_PRIMARY).unwrap();
         let delassus = Stepper::new(&twin).delassus(&twin).unwrap();
         assert_eq!(delassus.len(), reference.len());
@@ -95,7 +96,8 @@ fn antagonistic(stroke: f64) -> Vec<Target> {
 fn cables_that_only_pull_go_slack_opposite_the_pulled_one() {
     let curve = Curve::read("ref_A_qs_aux0_minF_ant.csv").unwrap();
     let strokes: Vec<f64> = curve.strokes.iter().copied().step_by(5).collect();
-    let twin = sofa_scene(Setting::exact(Law::Corotational), &sofa_mesh().unwrap(), N_PRIMARY).unwrap();
+    let twin =
+        sofa_scene(Setting::exact(MaterialLaw::Corotational), &sofa_mesh().unwrap(), N_PRIMARY).unwrap();
     let both = solve(&twin, &strokes, antagonistic).unwrap();
     let one = solve(&twin, &strokes, |stroke| one_sided(N_PRIMARY, stroke)).unwrap();
     let mut judge = Judge::default();
@@ -116,7 +118,8 @@ fn cables_that_only_pull_go_slack_opposite_the_pulled_one() {
 fn cables_that_may_push_follow_sofa() {
     let curve = Curve::read("ref_A_qs_aux0_ant.csv").unwrap();
     let strokes: Vec<f64> = curve.strokes.iter().copied().step_by(5).collect();
-    let mut twin = sofa_scene(Setting::exact(Law::Corotational), &sofa_mesh().unwrap(), N_PRIMARY).unwrap();
+    let mut twin =
+        sofa_scene(Setting::exact(MaterialLaw::Corotational), &sofa_mesh().unwrap(), N_PRIMARY).unwrap();
     twin.tendons.iter_mut().for_each(|tendon| tendon.tension = MAY_PUSH);
     let states = solve(&twin, &strokes, antagonistic).unwrap();
     let mut judge = Judge::default();
@@ -138,7 +141,8 @@ fn auxiliary_cables_at_half_a_newton_have_sofa_lengths() {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let lengths = read_columns(&sofa_folder().join(file), &names).unwrap();
     let curve = Curve::read(file).unwrap();
-    let mut twin = sofa_scene(Setting::exact(Law::Corotational), &sofa_mesh().unwrap(), N_TENDONS).unwrap();
+    let mut twin =
+        sofa_scene(Setting::exact(MaterialLaw::Corotational), &sofa_mesh().unwrap(), N_TENDONS).unwrap();
     // Without stroke p0 must push against the auxiliaries.
     twin.tendons[0].tension = MAY_PUSH;
     let command = |stroke: f64| {

@@ -4,12 +4,12 @@
 use hysteron_base::json;
 use std::io::{BufRead, Write};
 
-use hysteron_control::tracking::{Point, chamfer, frechet, frechet_closed, hausdorff, iou};
+use hysteron_control::tracking::{PlanarPoint, chamfer, frechet, frechet_closed, hausdorff, iou};
 
 #[derive(serde::Deserialize)]
 struct Pair {
-    a: Vec<Point>,
-    b: Vec<Point>,
+    a: Vec<PlanarPoint>,
+    b: Vec<PlanarPoint>,
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -20,7 +20,7 @@ const N_BINS: usize = 64;
 
 /// Command and tip over each other.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Shape {
+pub struct HysteresisShape {
     /// Commanded points (a, b) of tendon space (n_samples) [m].
     pub command: Vec<[f64; 2]>,
     /// Tip in x and y from where it rested at the beginning (n_samples) [m].
@@ -44,7 +44,7 @@ pub struct ShapeNumbers {
     pub return_error: f64,
 }
 
-impl Shape {
+impl HysteresisShape {
     /// Shape of a recording with strokes and a tip, for tendons at these angles [rad] about z.
     ///
     /// # Errors
@@ -176,14 +176,15 @@ mod tests {
         Recording::new(commands.time().to_vec(), channels, vec![], Metadata::default()).unwrap()
     }
 
-    fn shape(name: &str, tip_of: impl Fn([f64; 2]) -> [f64; 2]) -> Shape {
-        Shape::of(&recorded(name, tip_of), &even_angles(4)).unwrap()
+    fn shape(name: &str, tip_of: impl Fn([f64; 2]) -> [f64; 2]) -> HysteresisShape {
+        HysteresisShape::of(&recorded(name, tip_of), &even_angles(4)).unwrap()
     }
 
     #[test]
     fn a_tip_that_follows_has_the_shape_of_the_command() {
         for name in ["circle", "square", "sinusoid", "diagonal", "ellipse"] {
-            let Shape { numbers, command, tip } = shape(name, |[a, b]| [5.0 * a + 0.3, 5.0 * b - 0.1]);
+            let HysteresisShape { numbers, command, tip } =
+                shape(name, |[a, b]| [5.0 * a + 0.3, 5.0 * b - 0.1]);
             let amplitude = if name == "ellipse" { 4.2e-3 } else { 4.5e-3 };
             assert!((numbers.excursion_m - 5.0 * amplitude).abs() < 2e-4 * amplitude, "{name} {numbers:?}");
             assert!((numbers.tip_per_stroke - 5.0).abs() < 1e-3, "{name} {numbers:?}");
@@ -216,7 +217,7 @@ mod tests {
             channels.push(Channel::new(name, values.collect()));
         }
         let recording = Recording::new(time, channels, vec![], Metadata::default()).unwrap();
-        Shape::of(&recording, &even_angles(4)).unwrap().numbers
+        HysteresisShape::of(&recording, &even_angles(4)).unwrap().numbers
     }
 
     #[test]
@@ -262,7 +263,7 @@ mod tests {
     fn what_has_no_shape_is_refused() {
         let whole = recorded("circle", |point| point);
         let reject = |recording: &Recording, angles: &[f64], found: &str| {
-            assert_eq!(Shape::of(recording, angles).unwrap_err().found, found);
+            assert_eq!(HysteresisShape::of(recording, angles).unwrap_err().found, found);
         };
         reject(&whole, &even_angles(3), "4");
         reject(&whole, &[0.0; 4], "[0.0, 0.0, 0.0, 0.0]");
@@ -278,7 +279,7 @@ mod tests {
         };
         reject(&without("", true), &even_angles(4), "no command");
         assert_eq!(
-            Shape::of(&without("tip_y_m", false), &even_angles(4)).unwrap_err().expected,
+            HysteresisShape::of(&without("tip_y_m", false), &even_angles(4)).unwrap_err().expected,
             "a channel tip_y_m"
         );
     }

@@ -4,7 +4,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
 
-use hysteron_fem::{Channel, Encoding, Layers, Mesh, Order, Result, Tube, check_mesh, write_mesh};
+use hysteron_fem::{Layers, Mesh, MshEncoding, Order, Result, TendonChannel, Tube, check_mesh, write_mesh};
 
 const MM: f64 = 1e-3;
 
@@ -12,16 +12,16 @@ fn main() -> Result<()> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "meshes".to_owned()));
 
     let coarse = rounded(tpu80(16, 8, 4, 17).mesh()?);
-    save(&folder.join("tpu80/tpu80.msh"), &coarse, Encoding::Ascii)?;
-    save(&folder.join("tpu80/tpu80-quadratic.msh"), &coarse.to_quadratic(), Encoding::Ascii)?;
-    save(&folder.join("tpu80/tpu80-fine.msh"), &rounded(tpu80(24, 12, 6, 36).mesh()?), Encoding::Ascii)?;
+    save(&folder.join("tpu80/tpu80.msh"), &coarse, MshEncoding::Ascii)?;
+    save(&folder.join("tpu80/tpu80-quadratic.msh"), &coarse.to_quadratic(), MshEncoding::Ascii)?;
+    save(&folder.join("tpu80/tpu80-fine.msh"), &rounded(tpu80(24, 12, 6, 36).mesh()?), MshEncoding::Ascii)?;
 
-    save(&folder.join("tentacle/tentacle.msh"), &rounded(tentacle(16, 90).mesh()?), Encoding::Ascii)?;
+    save(&folder.join("tentacle/tentacle.msh"), &rounded(tentacle(16, 90).mesh()?), MshEncoding::Ascii)?;
     let coarse = rounded(tentacle(12, 60).mesh()?);
-    save(&folder.join("tentacle/tentacle-quadratic.msh"), &coarse.to_quadratic(), Encoding::Ascii)?;
+    save(&folder.join("tentacle/tentacle-quadratic.msh"), &coarse.to_quadratic(), MshEncoding::Ascii)?;
 
     let ftdcr = rounded(ftdcr_v4(6, 18).mesh()?);
-    save(&folder.join("ftdcr-v4/ftdcr-v4.msh"), &ftdcr.to_quadratic(), Encoding::Ascii)
+    save(&folder.join("ftdcr-v4/ftdcr-v4.msh"), &ftdcr.to_quadratic(), MshEncoding::Ascii)
 }
 
 /// Solid cylinder, its polygon as wide as to bend like the circle.
@@ -48,8 +48,11 @@ fn wider(divisions: u32) -> f64 {
 
 /// Tube of 80 mm with a bore and four tendon channels.
 fn tpu80(outer_divisions: u32, bore_divisions: u32, channel_divisions: u32, layers: u32) -> Tube {
-    let channel =
-        |k: u32| Channel { angle: f64::from(k) * FRAC_PI_2, center_radius: 4.5 * MM, radius: 0.75 * MM };
+    let channel = |k: u32| TendonChannel {
+        angle: f64::from(k) * FRAC_PI_2,
+        center_radius: 4.5 * MM,
+        radius: 0.75 * MM,
+    };
     Tube {
         profile: vec![[0.0, 6.0 * MM], [80.0 * MM, 6.0 * MM]],
         bore_radius: 3.0 * MM,
@@ -85,7 +88,7 @@ fn rounded(mut mesh: Mesh) -> Mesh {
 }
 
 #[expect(clippy::print_stdout, reason = "a program for the terminal")]
-fn save(path: &Path, mesh: &Mesh, encoding: Encoding) -> Result<()> {
+fn save(path: &Path, mesh: &Mesh, encoding: MshEncoding) -> Result<()> {
     let quality = check_mesh(mesh, &path.display().to_string())?;
     write_mesh(path, mesh, MM, encoding)?;
     println!(

@@ -1,9 +1,9 @@
 //! The body: rest mesh, material and supports, in the order the solver wants. Never changes.
 
-use hysteron_base::{BadInput, Law, Material};
+use hysteron_base::{BadInput, Material, MaterialLaw};
 use nalgebra::Vector3;
 
-use crate::elements::{self, Elements, Tangent};
+use crate::elements::{self, ElementBatch, Tangent};
 use crate::mesh::{Cells, Mesh};
 use crate::simd::Isa;
 use crate::stiffness::{Stiffness, StiffnessPattern};
@@ -38,15 +38,15 @@ pub struct FemModel {
 
 #[derive(Debug, Clone)]
 enum ElementSet {
-    Linear(Elements<4, 1>),
-    Quadratic(Elements<10, 4>),
+    Linear(ElementBatch<4, 1>),
+    Quadratic(ElementBatch<10, 4>),
 }
 
 impl FemModel {
     /// Builds the model of `mesh`, clamped at the file nodes `clamped`.
     ///
     /// # Errors
-    /// No node clamped, or all, or one that the mesh lacks; [`Law::CorotationalEdges`] on quadratic elements.
+    /// No node clamped, or all, or one that the mesh lacks; [`MaterialLaw::CorotationalEdges`] on quadratic elements.
     pub fn new(mesh: &Mesh, material: Material, clamped: &[u32]) -> Result<Self> {
         let mut is_clamped = vec![false; mesh.nodes.len()];
         for &node in clamped {
@@ -77,11 +77,11 @@ impl FemModel {
                 [x, y, z, 0.0]
             })
             .collect();
-        let sorted = material.law != Law::CorotationalEdges;
+        let sorted = material.law != MaterialLaw::CorotationalEdges;
         let (cells, elements) = match &mesh.cells {
             Cells::Tet4(cells) => {
                 let cells = renumbered(cells, &model_node);
-                let elements = Elements::new(&in_element_order(&cells, sorted), &rest);
+                let elements = ElementBatch::new(&in_element_order(&cells, sorted), &rest);
                 (Cells::Tet4(cells), ElementSet::Linear(elements))
             }
             Cells::Tet10(_) if !sorted => {
@@ -92,7 +92,7 @@ impl FemModel {
             }
             Cells::Tet10(cells) => {
                 let cells = renumbered(cells, &model_node);
-                let elements = Elements::new(&cells, &rest);
+                let elements = ElementBatch::new(&cells, &rest);
                 (Cells::Tet10(cells), ElementSet::Quadratic(elements))
             }
         };

@@ -9,7 +9,7 @@
 use sprs::{CsMatI, TriMatI};
 
 use crate::mesh::Cells;
-use crate::simd::Envelope;
+use crate::simd::BlockEnvelope;
 
 /// Neighbour lists of the nodes: which share an element. Symmetric, with the diagonal.
 pub(crate) fn adjacency(n_nodes: usize, cliques: impl Iterator<Item = Vec<u32>>) -> CsMatI<u8, u32, u32> {
@@ -67,7 +67,7 @@ pub(crate) fn first_columns(graph: &CsMatI<u8, u32, u32>, order: &[u32]) -> Vec<
 }
 
 fn envelope_cost(graph: &CsMatI<u8, u32, u32>, order: &[u32]) -> f64 {
-    Envelope::factor_cost(&first_columns(graph, order))
+    BlockEnvelope::factor_cost(&first_columns(graph, order))
 }
 
 /// Indices into `free`, sorted along the direction in which the body is longest, with every one of the [`TILTS`].
@@ -97,7 +97,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::{Channel, Layers, Mesh, Order, Tube};
+    use crate::{Layers, Mesh, Order, TendonChannel, Tube};
 
     fn rod() -> Mesh {
         let tube = Tube {
@@ -118,7 +118,11 @@ mod tests {
             profile: vec![[0.0, 0.006], [0.08, 0.006]],
             bore_radius: 0.003,
             channels: (0..4)
-                .map(|k| Channel { angle: f64::from(k) * FRAC_PI_2, center_radius: 4.5e-3, radius: 0.75e-3 })
+                .map(|k| TendonChannel {
+                    angle: f64::from(k) * FRAC_PI_2,
+                    center_radius: 4.5e-3,
+                    radius: 0.75e-3,
+                })
                 .collect(),
             outer_divisions: 16,
             bore_divisions: 8,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use sprs::CsMatI;
 
-use crate::elements::{Elements, PairMap};
+use crate::elements::{ElementBatch, PairMap};
 use crate::ordering::adjacency;
 
 /// Which node pairs of a model couple, and where each element adds its blocks. Never changes.
@@ -18,7 +18,7 @@ pub struct StiffnessPattern {
 impl StiffnessPattern {
     pub(crate) fn new<const N: usize, const Q: usize>(
         n_free: usize,
-        elements: &Elements<N, Q>,
+        elements: &ElementBatch<N, Q>,
         cliques: &[Vec<u32>],
     ) -> Self {
         let free = |nodes: Vec<u32>| nodes.into_iter().filter(|&node| (node as usize) < n_free).collect();

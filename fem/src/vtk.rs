@@ -16,16 +16,16 @@ use crate::{Cells, Error, Result};
 
 /// A named array on points or cells.
 #[derive(Debug, Clone, Copy)]
-pub struct Array<'a> {
+pub struct VtkArray<'a> {
     /// Name that ParaView shows; put the unit into it: `tension_n`.
     pub name: &'a str,
     /// One value per point or cell.
-    pub values: Values<'a>,
+    pub values: ArrayValues<'a>,
 }
 
-/// The values of an [`Array`].
+/// The values of an [`VtkArray`].
 #[derive(Debug, Clone, Copy)]
-pub enum Values<'a> {
+pub enum ArrayValues<'a> {
     /// Numbers.
     Scalars(&'a [f64]),
     /// Vectors.
@@ -38,7 +38,7 @@ pub struct Polylines<'a> {
     /// Points of every curve \[m\], at least two each.
     pub lines: &'a [Vec<[f64; 3]>],
     /// Arrays with one value per curve.
-    pub line_data: &'a [Array<'a>],
+    pub line_data: &'a [VtkArray<'a>],
 }
 
 /// Writes a mesh with the given node positions \[m\] as `.vtu`.
@@ -50,8 +50,8 @@ pub fn write_vtu(
     path: &Path,
     points: &[[f64; 3]],
     cells: &Cells,
-    point_data: &[Array<'_>],
-    cell_data: &[Array<'_>],
+    point_data: &[VtkArray<'_>],
+    cell_data: &[VtkArray<'_>],
 ) -> Result<()> {
     check_points(points)?;
     let mut connectivity = Vec::new();
@@ -83,9 +83,9 @@ pub fn write_vtu(
         write_attributes(out, "CellData", cell_data)?;
         write_points(out, points)?;
         write!(out, "<Cells>")?;
-        write_numbers(out, "connectivity", Numbers::Counts(&connectivity))?;
-        write_numbers(out, "offsets", Numbers::Counts(&offsets))?;
-        write_numbers(out, "types", Numbers::Bytes(&vec![kind; cells.len()]))?;
+        write_numbers(out, "connectivity", ArrayContent::Counts(&connectivity))?;
+        write_numbers(out, "offsets", ArrayContent::Counts(&offsets))?;
+        write_numbers(out, "types", ArrayContent::Bytes(&vec![kind; cells.len()]))?;
         write!(out, "</Cells>")
     })
 }
@@ -118,8 +118,8 @@ pub fn write_polylines(path: &Path, curves: Polylines<'_>) -> Result<()> {
         write_attributes(out, "CellData", curves.line_data)?;
         write_points(out, &points)?;
         write!(out, "<Lines>")?;
-        write_numbers(out, "connectivity", Numbers::Counts(&(0..end).collect::<Vec<u64>>()))?;
-        write_numbers(out, "offsets", Numbers::Counts(&offsets))?;
+        write_numbers(out, "connectivity", ArrayContent::Counts(&(0..end).collect::<Vec<u64>>()))?;
+        write_numbers(out, "offsets", ArrayContent::Counts(&offsets))?;
         write!(out, "</Lines>")
     })
 }
@@ -131,12 +131,12 @@ fn check_points(points: &[[f64; 3]]) -> Result<()> {
     }
 }
 
-fn check_arrays(path: &Path, arrays: &[Array<'_>], n: usize, of: &str) -> Result<()> {
+fn check_arrays(path: &Path, arrays: &[VtkArray<'_>], n: usize, of: &str) -> Result<()> {
     for array in arrays {
         check_word(path, array.name)?;
         let len = match array.values {
-            Values::Scalars(values) => values.len(),
-            Values::Vectors(values) => values.len(),
+            ArrayValues::Scalars(values) => values.len(),
+            ArrayValues::Vectors(values) => values.len(),
         };
         if len != n {
             return Err(BadInput::new(
@@ -182,12 +182,12 @@ fn write(
 }
 
 /// Arrays on points or cells; the first of scalars and the first of vectors are what ParaView shows.
-fn write_attributes(out: &mut dyn Write, element: &str, arrays: &[Array<'_>]) -> std::io::Result<()> {
+fn write_attributes(out: &mut dyn Write, element: &str, arrays: &[VtkArray<'_>]) -> std::io::Result<()> {
     if arrays.is_empty() {
         return Ok(());
     }
     write!(out, "<{element}")?;
-    let is_vectors = |array: &&Array<'_>| matches!(array.values, Values::Vectors(_));
+    let is_vectors = |array: &&VtkArray<'_>| matches!(array.values, ArrayValues::Vectors(_));
     if let Some(first) = arrays.iter().find(|array| !is_vectors(array)) {
         write!(out, " Scalars=\"{}\"", first.name)?;
     }
@@ -197,8 +197,8 @@ fn write_attributes(out: &mut dyn Write, element: &str, arrays: &[Array<'_>]) ->
     write!(out, ">")?;
     for array in arrays {
         let numbers = match array.values {
-            Values::Scalars(values) => Numbers::Scalars(values),
-            Values::Vectors(values) => Numbers::Vectors(values),
+            ArrayValues::Scalars(values) => ArrayContent::Scalars(values),
+            ArrayValues::Vectors(values) => ArrayContent::Vectors(values),
         };
         write_numbers(out, array.name, numbers)?;
     }
@@ -207,12 +207,12 @@ fn write_attributes(out: &mut dyn Write, element: &str, arrays: &[Array<'_>]) ->
 
 fn write_points(out: &mut dyn Write, points: &[[f64; 3]]) -> std::io::Result<()> {
     write!(out, "<Points>")?;
-    write_numbers(out, "Points", Numbers::Vectors(points))?;
+    write_numbers(out, "Points", ArrayContent::Vectors(points))?;
     write!(out, "</Points>")
 }
 
 /// Content of a `DataArray`.
-enum Numbers<'a> {
+enum ArrayContent<'a> {
     Scalars(&'a [f64]),
     Vectors(&'a [[f64; 3]]),
     Counts(&'a [u64]),
@@ -220,15 +220,17 @@ enum Numbers<'a> {
 }
 
 /// A `DataArray`: the number of bytes and the bytes, in base 64.
-fn write_numbers(out: &mut dyn Write, name: &str, numbers: Numbers<'_>) -> std::io::Result<()> {
+fn write_numbers(out: &mut dyn Write, name: &str, numbers: ArrayContent<'_>) -> std::io::Result<()> {
     let (kind, components, bytes) = match numbers {
-        Numbers::Scalars(values) => ("Float64", "", little_endian(values.iter().map(|v| v.to_le_bytes()))),
-        Numbers::Vectors(values) => {
+        ArrayContent::Scalars(values) => {
+            ("Float64", "", little_endian(values.iter().map(|v| v.to_le_bytes())))
+        }
+        ArrayContent::Vectors(values) => {
             let values = values.as_flattened().iter();
             ("Float64", " NumberOfComponents=\"3\"", little_endian(values.map(|v| v.to_le_bytes())))
         }
-        Numbers::Counts(values) => ("UInt64", "", little_endian(values.iter().map(|v| v.to_le_bytes()))),
-        Numbers::Bytes(values) => ("UInt8", "", little_endian(values.iter().map(|v| [*v]))),
+        ArrayContent::Counts(values) => ("UInt64", "", little_endian(values.iter().map(|v| v.to_le_bytes()))),
+        ArrayContent::Bytes(values) => ("UInt8", "", little_endian(values.iter().map(|v| [*v]))),
     };
     let text = STANDARD.encode(bytes);
     write!(out, "<DataArray type=\"{kind}\" Name=\"{name}\"{components} format=\"binary\">{text}</DataArray>")

@@ -5,7 +5,7 @@ use std::io::Write;
 
 use hysteron_base::{Recording, Scene};
 use hysteron_fit::qp::BoxQp;
-use hysteron_twin::coreact::{Auxiliary, AuxiliaryPolicy, Goal, Identifier, IdentifyOptions};
+use hysteron_twin::coreact::{AuxiliaryLimits, AuxiliaryPolicy, Identifier, IdentifyOptions, TipMeasurement};
 use hysteron_twin::{Motion, Twin};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let [scene, recording, count] = &arguments[..] else { return Err("SCENE RECORDING COUNT".into()) };
     let count: usize = count.parse()?;
     let twin = Twin::from_scene(&Scene::read(scene)?)?;
-    let auxiliary = Auxiliary::new(&twin)?;
+    let auxiliary = AuxiliaryLimits::new(&twin)?;
     let motion = Motion::for_identification(&twin, &Recording::read(recording)?, recording)?;
     let every = motion.len() / (count + 1);
     let options = IdentifyOptions { rounds: 1, ..IdentifyOptions::default() };
@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut answer = vec![0.0; auxiliary.len()];
     let mut out = std::io::stdout().lock();
     for i in 0..motion.len() {
-        let goal = Goal { position: motion.tips[i], orientation: None };
+        let goal = TipMeasurement { position: motion.tips[i], orientation: None };
         identifier.step(motion.strokes_at(i), Some(&goal), motion.step)?;
         // The first sample brings the twin into balance and has no QP.
         let Some(qp) = identifier.last_qp().filter(|_| i % every == every - 1) else { continue };

@@ -13,7 +13,7 @@
 use hysteron_fem::vectors::axpy;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use crate::balance::{Balance, Control, move_nodes};
+use crate::balance::{EquilibriumResidual, StepTargets, move_nodes};
 use crate::gmres::gmres;
 use crate::model::Twin;
 use crate::quasi_newton::QuasiNewton;
@@ -40,12 +40,12 @@ pub(crate) struct TipAdjoint {
 /// strokes and the others their tensions. `None` where two of them pull the same way, or without a solution.
 pub(crate) fn tip_adjoints(
     twin: &Twin,
-    control: &Control,
+    control: &StepTargets,
     state: &TwinState,
     held: &[usize],
     quasi_newton: &mut QuasiNewton,
 ) -> Option<[TipAdjoint; 3]> {
-    let mut balance = Balance::new(twin);
+    let mut balance = EquilibriumResidual::new(twin);
     balance.evaluate(twin, control, &state.positions, &state.tensions);
     for most in MAX_DIRECTIONS {
         quasi_newton.projection(twin, state, &balance)?;
@@ -62,14 +62,14 @@ pub(crate) fn tip_adjoints(
 /// The system, and its preconditioner. Vectors hold the free unknowns, then the held cables times `unit`.
 struct System<'a> {
     twin: &'a Twin,
-    control: &'a Control,
+    control: &'a StepTargets,
     state: &'a TwinState,
     held: &'a [usize],
     quasi_newton: &'a mut QuasiNewton,
     /// With the shape of the cables at `state`.
-    balance: Balance,
+    balance: EquilibriumResidual,
     /// For differences.
-    moved: Balance,
+    moved: EquilibriumResidual,
     /// W + C of the held cables, of the old factor.
     among: Cholesky<f64, Dyn>,
     /// Displacement per tension that makes both parts of a vector alike [m/N].
@@ -80,11 +80,11 @@ struct System<'a> {
 impl<'a> System<'a> {
     fn new(
         twin: &'a Twin,
-        control: &'a Control,
+        control: &'a StepTargets,
         state: &'a TwinState,
         held: &'a [usize],
         quasi_newton: &'a mut QuasiNewton,
-        balance: Balance,
+        balance: EquilibriumResidual,
     ) -> Option<Self> {
         let (projection, n) = (quasi_newton.last_projection(), twin.cables.len());
         let w = |a: usize, b: usize| projection.delassus[held[a] * n + held[b]];

@@ -16,7 +16,7 @@ const INDEPENDENT: f64 = 1e-10;
 /// are smooth: where a cable goes slack or a friction point begins to slip, the same pair gives another
 /// change of the step.
 #[derive(Debug, Clone)]
-pub(crate) struct Pair {
+pub(crate) struct AndersonPair {
     /// The move: free unknowns, then tensions times their mean compliance [m].
     pub moved: Vec<f64>,
     /// Change of K⁻¹ r [m].
@@ -32,21 +32,21 @@ pub(crate) struct Pair {
 #[derive(Debug, Clone)]
 pub(crate) struct Anderson {
     isa: Isa,
-    pairs: Vec<Pair>,
+    pairs: Vec<AndersonPair>,
     /// change_i · change_j.
     gram: [[f64; WINDOW]; WINDOW],
     n_pairs: usize,
     /// Slot of the next pair.
     next: usize,
     /// The last move, and free displacement, missing strokes and proposed step from before it.
-    last: Pair,
+    last: AndersonPair,
     has_last: bool,
 }
 
 impl Anderson {
     /// For `n` free unknowns and `m` cables.
     pub fn new(isa: Isa, n: usize, m: usize) -> Self {
-        let blank = Pair {
+        let blank = AndersonPair {
             moved: vec![0.0; n + m],
             free_displacement: vec![0.0; n],
             stroke_residual: vec![0.0; m],
@@ -95,7 +95,7 @@ impl Anderson {
     }
 
     /// After a change of the active set: `change_of` writes the changes of the step anew.
-    pub fn revise(&mut self, change_of: impl FnMut(&mut Pair)) {
+    pub fn revise(&mut self, change_of: impl FnMut(&mut AndersonPair)) {
         self.pairs[..self.n_pairs].iter_mut().for_each(change_of);
         (0..self.n_pairs).for_each(|slot| self.multiply(slot, slot + 1));
     }
@@ -120,8 +120,9 @@ impl Anderson {
             && let Some(factors) = self.best_factors(step)
         {
             let factors = factors.map(|factor| -factor);
-            let of =
-                |part: fn(&Pair) -> &[f64]| std::array::from_fn::<_, WINDOW, _>(|i| part(&self.pairs[i]));
+            let of = |part: fn(&AndersonPair) -> &[f64]| {
+                std::array::from_fn::<_, WINDOW, _>(|i| part(&self.pairs[i]))
+            };
             combine_into(self.isa, &factors, &of(|pair| &pair.change), step);
             combine_into(self.isa, &factors, &of(|pair| &pair.moved), step);
         }

@@ -1,6 +1,6 @@
 //! The equations of a step: the residual of a configuration, and the targets of a command.
 
-use hysteron_base::{Law, Material};
+use hysteron_base::{Material, MaterialLaw};
 
 use crate::cable::{CableShape, Cables};
 use crate::model::{Target, Twin};
@@ -8,7 +8,7 @@ use crate::model::{Target, Twin};
 /// Targets of a step: for every cable a stroke, and the bounds of its tension. A prescribed tension is a pair
 /// of equal bounds.
 #[derive(Debug, Clone)]
-pub(crate) struct Control {
+pub(crate) struct StepTargets {
     pub strokes: Vec<f64>,
     pub lowest: Vec<f64>,
     pub highest: Vec<f64>,
@@ -16,7 +16,7 @@ pub(crate) struct Control {
     pub load: f64,
 }
 
-impl Control {
+impl StepTargets {
     pub fn new(twin: &Twin, targets: &[Target]) -> Self {
         let n = twin.cables.len();
         let mut control =
@@ -61,7 +61,7 @@ impl Control {
 
 /// Forces and strokes at some configuration; scratch.
 #[derive(Debug, Clone)]
-pub(crate) struct Balance {
+pub(crate) struct EquilibriumResidual {
     /// Internal forces [N], model order.
     internal: Vec<[f64; 4]>,
     /// Forces of cables and loads [N], model order.
@@ -96,7 +96,7 @@ fn least_stress(material: &Material, relative_residual: f64) -> f64 {
     (NEGLIGIBLE_STRAIN * youngs_modulus).max(ROUND_OFF / relative_residual * wave_modulus)
 }
 
-impl Balance {
+impl EquilibriumResidual {
     pub fn new(twin: &Twin) -> Self {
         let body = &twin.body;
         let volume: f64 = body.nodal_volumes.iter().sum();
@@ -114,7 +114,7 @@ impl Balance {
     }
 
     /// Evaluates everything at nodes `x` and tensions `t`.
-    pub fn evaluate(&mut self, twin: &Twin, control: &Control, x: &[[f64; 4]], t: &[f64]) {
+    pub fn evaluate(&mut self, twin: &Twin, control: &StepTargets, x: &[[f64; 4]], t: &[f64]) {
         self.is_upright = twin.body.internal_force_into(x, &mut self.internal);
         twin.cables.measure(x, &mut self.shape);
         for (applied, load) in self.applied.iter_mut().zip(&twin.loads) {
@@ -140,12 +140,12 @@ impl Balance {
     }
 
     /// Measures the cables only, at nodes `x`.
-    pub fn evaluate_strokes(&mut self, twin: &Twin, control: &Control, x: &[[f64; 4]], t: &[f64]) {
+    pub fn evaluate_strokes(&mut self, twin: &Twin, control: &StepTargets, x: &[[f64; 4]], t: &[f64]) {
         twin.cables.measure(x, &mut self.shape);
         self.compare_strokes(&twin.cables, control, t);
     }
 
-    fn compare_strokes(&mut self, cables: &Cables, control: &Control, t: &[f64]) {
+    fn compare_strokes(&mut self, cables: &Cables, control: &StepTargets, t: &[f64]) {
         self.violation = 0.0;
         for j in 0..t.len() {
             if control.is_tension(j) {
@@ -172,8 +172,15 @@ impl Balance {
     /// cable as a stroke penalty that slips at its bounds: sup T (u - s) - ½ c T² over the tensions it can
     /// have, at most `strongest`. Its minimisers are the stable equilibria. `None` where forces have no
     /// potential, and with friction, where the cables of a tendon stretch together.
-    pub fn potential(&self, twin: &Twin, control: &Control, x: &[[f64; 4]], strongest: f64) -> Option<f64> {
-        let has_no_potential = twin.body.material.law == Law::CorotationalEdges || !twin.couples.is_empty();
+    pub fn potential(
+        &self,
+        twin: &Twin,
+        control: &StepTargets,
+        x: &[[f64; 4]],
+        strongest: f64,
+    ) -> Option<f64> {
+        let has_no_potential =
+            twin.body.material.law == MaterialLaw::CorotationalEdges || !twin.couples.is_empty();
         if has_no_potential || !twin.friction.is_empty() {
             return None;
         }
@@ -231,7 +238,7 @@ mod tests {
         // Pulled, released, driven by tension: as far off, each cable has the tension of its side. The last stretches.
         let targets =
             [Target::Stroke(2e-3), Target::Stroke(-2e-3), Target::Tension(1.5), Target::Stroke(1e-3)];
-        let control = Control::new(&twin, &targets);
+        let control = StepTargets::new(&twin, &targets);
         let (strongest, mut tensions) = (3.0, [3.0, 0.0, 1.5, 0.0]);
         let mut rng = hysteron_base::rng(1, "potential");
         let mut x = twin.body.rest.clone();
@@ -241,7 +248,7 @@ mod tests {
             }
         }
         let direction: Vec<f64> = (0..twin.body.n_unknowns()).map(|_| rng.random_range(-1.0..1.0)).collect();
-        let mut balance = Balance::new(&twin);
+        let mut balance = EquilibriumResidual::new(&twin);
         balance.evaluate_strokes(&twin, &control, &x, &tensions);
         tensions[3] = balance.stroke_residual[3] / twin.tendons[3].compliance;
         assert!(tensions[3] > 0.1 && tensions[3] < strongest, "{tensions:?}");
@@ -266,8 +273,8 @@ mod tests {
     fn slack_that_is_not_a_number_is_no_slack() {
         let (scene, mesh) = scenes::robot();
         let twin = Twin::new(&scene, &mesh).expect("a good scene");
-        let control = Control::new(&twin, &[Target::Stroke(-1e-3); 4]);
-        let mut balance = Balance::new(&twin);
+        let control = StepTargets::new(&twin, &[Target::Stroke(-1e-3); 4]);
+        let mut balance = EquilibriumResidual::new(&twin);
         let mut x = twin.body.rest.clone();
         balance.evaluate_strokes(&twin, &control, &x, &[0.0; 4]);
         assert_eq!(balance.violation, 0.0);

@@ -13,7 +13,7 @@ pub struct Cables {
     /// First point of each cable, and one past the last point.
     starts: Vec<usize>,
     /// Points in order along each cable.
-    points: Vec<Point>,
+    points: Vec<CarriedPoint>,
     /// Rest length of each cable [m].
     pub rest_lengths: Vec<f64>,
     /// C, how much each cable stretches per tension: rows of (cable, compliance [m/N]), symmetric; a row is
@@ -33,7 +33,7 @@ pub enum CablePoint {
 /// A cable point: where it is without the body, and the nodes that carry it, with weights. A fixed point has no
 /// carriers, so that its columns of J and of the stiffness are zero; a carried one starts from the origin.
 #[derive(Debug, Clone)]
-struct Point {
+struct CarriedPoint {
     offset: [f64; 3],
     carriers: Vec<(u32, f64)>,
 }
@@ -55,7 +55,7 @@ impl Cables {
         let mut starts = vec![0];
         let mut points = Vec::new();
         for cable in cables {
-            points.extend(cable.iter().map(Point::new));
+            points.extend(cable.iter().map(CarriedPoint::new));
             starts.push(points.len());
         }
         let n = cables.len();
@@ -239,7 +239,7 @@ impl Cables {
     }
 }
 
-impl Point {
+impl CarriedPoint {
     fn new(point: &CablePoint) -> Self {
         match point {
             CablePoint::Fixed(at) => Self { offset: *at, carriers: Vec::new() },

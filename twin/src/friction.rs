@@ -13,7 +13,7 @@
 use hysteron_actuator::Play;
 
 use crate::TwinState;
-use crate::balance::Control;
+use crate::balance::StepTargets;
 use crate::cable::CableShape;
 use crate::model::{Target, Twin};
 
@@ -33,7 +33,7 @@ pub(crate) fn bounds_into(twin: &Twin, shape: &CableShape, tensions: &[f64], bou
 }
 
 /// Lets the friction points stick at their slip within `bounds` [N].
-pub(crate) fn stick(twin: &Twin, slip: &[f64], bounds: &[f64], control: &mut Control) {
+pub(crate) fn stick(twin: &Twin, slip: &[f64], bounds: &[f64], control: &mut StepTargets) {
     let first = twin.tendons.len();
     for (i, (slide, bound)) in slip.iter().zip(bounds).enumerate() {
         control.strokes[first + i] = *slide;
@@ -43,14 +43,14 @@ pub(crate) fn stick(twin: &Twin, slip: &[f64], bounds: &[f64], control: &mut Con
 }
 
 /// Largest change from the bounds that `control` has to `bounds`, over the largest of these [-].
-pub(crate) fn change_of_bounds(twin: &Twin, bounds: &[f64], control: &Control) -> f64 {
+pub(crate) fn change_of_bounds(twin: &Twin, bounds: &[f64], control: &StepTargets) -> f64 {
     let held = &control.highest[twin.tendons.len()..];
     let largest = bounds.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     bounds.iter().zip(held).map(|(now, then)| (now - then).abs()).fold(0.0, f64::max) / largest
 }
 
 /// Commits the slip of all points that do under `control` to where their tendons have slid in `shape`.
-pub(crate) fn commit_slip(twin: &Twin, control: &Control, shape: &CableShape, state: &mut TwinState) {
+pub(crate) fn commit_slip(twin: &Twin, control: &StepTargets, shape: &CableShape, state: &mut TwinState) {
     let first = twin.tendons.len();
     for i in 0..state.slip.len() {
         let (row, jump) = (first + i, state.tensions[first + i]);
@@ -61,7 +61,7 @@ pub(crate) fn commit_slip(twin: &Twin, control: &Control, shape: &CableShape, st
 }
 
 /// Moves the plays of stroke-driven tendons to their targets, and commands what comes through.
-pub(crate) fn follow_backlash(twin: &Twin, targets: &[Target], plays: &mut [f64], control: &mut Control) {
+pub(crate) fn follow_backlash(twin: &Twin, targets: &[Target], plays: &mut [f64], control: &mut StepTargets) {
     for (j, output) in plays.iter_mut().enumerate() {
         if let Target::Stroke(stroke) = targets[j] {
             *output = Play { width: twin.backlash, output: *output }.follow(stroke);

@@ -9,12 +9,12 @@
 
 use std::sync::Arc;
 
-use hysteron_base::{Law, Scene};
+use hysteron_base::{MaterialLaw, Scene};
 use hysteron_fem::{Cells, FactorKind, Mesh, Stiffness, StiffnessFactor, Tangent};
 use hysteron_fit::qp::{BoxQp, QpStatus};
 
 use crate::Result;
-use crate::balance::Control;
+use crate::balance::StepTargets;
 use crate::model::{Target, Twin};
 use crate::projection::Projection;
 
@@ -66,8 +66,8 @@ impl Locking {
         }
         let mut bare = Scene { auxiliary: None, friction: None, ..scene.clone() };
         // The frame of the edges is for linear elements only; at rest it makes no difference.
-        if bare.material.law == Law::CorotationalEdges {
-            bare.material.law = Law::Corotational;
+        if bare.material.law == MaterialLaw::CorotationalEdges {
+            bare.material.law = MaterialLaw::Corotational;
         }
         let linear = RestResponse::new(Twin::new(&bare, mesh)?)?;
         let quadratic = RestResponse::new(Twin::new(&bare, &mesh.to_quadratic())?)?;
@@ -123,7 +123,7 @@ impl RestResponse {
 
     /// Distance of the tip from rest [m], and the largest tension [N].
     fn moved(&self, targets: &[Target], load: f64) -> Option<(f64, f64)> {
-        let control = Control::new(&self.twin, targets);
+        let control = StepTargets::new(&self.twin, targets);
         let n = control.strokes.len();
         let missing: Vec<f64> =
             (0..n).map(|j| control.strokes[j] - load * self.strokes_under_load[j]).collect();

@@ -1,6 +1,6 @@
 //! The twin of one robot: body, cables, loads and tip. Never changes.
 
-use hysteron_base::{BadInput, Bounds, Drive, Region, Scene, Tendon, Tip};
+use hysteron_base::{BadInput, Bounds, PrescribedQuantity, Region, Scene, Tendon, Tip};
 use hysteron_fem::{Embedding, FemModel, Mesh, MeshQuality};
 use nalgebra::{Matrix3, Vector3};
 
@@ -25,11 +25,11 @@ pub enum Target {
 
 /// A tendon as the twin keeps it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TendonSpec {
+pub struct TwinTendon {
     /// Name from the scene.
     pub name: String,
     /// Its drive unless a command sets another.
-    pub drive: Drive,
+    pub drive: PrescribedQuantity,
     /// Tension bounds [N].
     pub tension: Bounds,
     /// Stroke bounds [m].
@@ -42,7 +42,7 @@ pub struct TendonSpec {
     pub zero: f64,
 }
 
-impl TendonSpec {
+impl TwinTendon {
     /// Accepts a stroke [m] within the bounds, or a rounding outside of them: a file may have lost its last digits.
     ///
     /// # Errors
@@ -120,7 +120,7 @@ pub struct Twin {
     /// The body.
     pub body: FemModel,
     /// Tendons: `n_primary` real ones first, then the auxiliary ones.
-    pub tendons: Vec<TendonSpec>,
+    pub tendons: Vec<TwinTendon>,
     /// Their geometry, in the same order, then one cable per friction point: its tendon from there on.
     pub cables: Cables,
     /// Where friction acts on the real tendons.
@@ -223,7 +223,7 @@ impl Twin {
             stroke: scene.solver.stroke_tolerance,
         };
         let n_primary = scene.tendons.len();
-        let specs = tendons.into_iter().zip(outside).map(|(tendon, outside)| TendonSpec {
+        let specs = tendons.into_iter().zip(outside).map(|(tendon, outside)| TwinTendon {
             name: tendon.name,
             drive: tendon.drive,
             tension: tendon.tension,

@@ -1,10 +1,10 @@
 //! A recording made ready for the twin: commands in the order of its tendons, the measured tip, and whether both can be
 //! of this robot; checked before anything is computed from it.
 
-use hysteron_base::{BadInput, Drive, Recording};
+use hysteron_base::{BadInput, PrescribedQuantity, Recording};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use crate::model::{Target, TendonSpec, Twin};
+use crate::model::{Target, Twin, TwinTendon};
 use crate::step::Stepper;
 use crate::{Error, Result};
 
@@ -47,7 +47,7 @@ pub struct Motion {
     /// [N].
     measured_tensions: Option<Vec<f64>>,
     /// Drive of each primary tendon.
-    drives: Vec<Drive>,
+    drives: Vec<PrescribedQuantity>,
 }
 
 impl Motion {
@@ -118,7 +118,7 @@ impl Motion {
 
     /// Measured tension of a primary tendon that is driven by its stroke, where it was recorded [N].
     pub fn measured_tension(&self, sample: usize, tendon: usize) -> Option<f64> {
-        let is_measured = self.drives[tendon] == Drive::Stroke;
+        let is_measured = self.drives[tendon] == PrescribedQuantity::Stroke;
         self.measured_tensions
             .as_ref()
             .filter(|_| is_measured)
@@ -135,17 +135,17 @@ impl Motion {
     pub fn targets_at(&self, sample: usize) -> Vec<Target> {
         let tensions = row(&self.tensions, sample, self.drives.len());
         let commands = self.strokes_at(sample).iter().zip(tensions);
-        let target = |(drive, (stroke, tension)): (&Drive, (&f64, &f64))| match drive {
-            Drive::Stroke => Target::Stroke(*stroke),
-            Drive::Tension => Target::Tension(*tension),
-            Drive::Free => Target::Free,
+        let target = |(drive, (stroke, tension)): (&PrescribedQuantity, (&f64, &f64))| match drive {
+            PrescribedQuantity::Stroke => Target::Stroke(*stroke),
+            PrescribedQuantity::Tension => Target::Tension(*tension),
+            PrescribedQuantity::Free => Target::Free,
         };
         self.drives.iter().zip(commands).map(target).collect()
     }
 
     /// True if a tendon is driven by tension.
     pub fn has_tensions(&self) -> bool {
-        self.drives.contains(&Drive::Tension)
+        self.drives.contains(&PrescribedQuantity::Tension)
     }
 
     /// With nothing commanded, the measured tip must be where the twin's is.
@@ -218,7 +218,7 @@ impl Motion {
                     return Err(BadInput::new(format!("row {}: stroke_{}_m", i + 1, j + 1), expected, found)
                         .hint("is the unit of the column its ending, _mm or _m?"));
                 }
-                if self.drives[j] == Drive::Stroke {
+                if self.drives[j] == PrescribedQuantity::Stroke {
                     twin.tendons[j].check_stroke(*stroke, || format!("row {}: stroke_{}_m", i + 1, j + 1))?;
                 }
             }
@@ -236,7 +236,7 @@ impl Motion {
     }
 
     fn check_identifiable(&self, recording: &Recording) -> Check<()> {
-        if let Some(j) = self.drives.iter().position(|drive| *drive != Drive::Stroke) {
+        if let Some(j) = self.drives.iter().position(|drive| *drive != PrescribedQuantity::Stroke) {
             let found = format!("tendon {}, which is not", j + 1);
             return Err(BadInput::new("drive", "tendons driven by strokes", found));
         }
@@ -269,9 +269,9 @@ fn row(values: &[f64], sample: usize, n: usize) -> &[f64] {
 }
 
 /// Recorded strokes, row by row; zero for tendons that are not driven by them.
-fn strokes(primary: &[TendonSpec], recording: &Recording) -> Check<Vec<f64>> {
+fn strokes(primary: &[TwinTendon], recording: &Recording) -> Check<Vec<f64>> {
     let strokes = recording.strokes();
-    let is_used = |tendon: &TendonSpec| tendon.drive == Drive::Stroke;
+    let is_used = |tendon: &TwinTendon| tendon.drive == PrescribedQuantity::Stroke;
     if (primary.iter().any(is_used) || !strokes.is_empty()) && strokes.len() != primary.len() {
         let expected = format!("{}, one per tendon of the scene", primary.len());
         return Err(BadInput::new("stroke columns", expected, strokes.len().to_string())
@@ -285,9 +285,11 @@ fn strokes(primary: &[TendonSpec], recording: &Recording) -> Check<Vec<f64>> {
 }
 
 /// Recorded tensions, row by row; zero for tendons that are not driven by them.
-fn tensions(primary: &[TendonSpec], recording: &Recording) -> Check<Vec<f64>> {
+fn tensions(primary: &[TwinTendon], recording: &Recording) -> Check<Vec<f64>> {
     let mut tensions = vec![0.0; recording.n_samples() * primary.len()];
-    for (k, tendon) in primary.iter().enumerate().filter(|(_, tendon)| tendon.drive == Drive::Tension) {
+    for (k, tendon) in
+        primary.iter().enumerate().filter(|(_, tendon)| tendon.drive == PrescribedQuantity::Tension)
+    {
         let name = format!("tension_{}_n", k + 1);
         for (i, value) in recording.require(&name)?.iter().enumerate() {
             if !tendon.tension.contains(*value) {
@@ -307,7 +309,7 @@ fn tensions(primary: &[TendonSpec], recording: &Recording) -> Check<Vec<f64>> {
 }
 
 /// Recorded tensions of all primary tendons, row by row; none where one is missing or is no number.
-fn measured_tensions(primary: &[TendonSpec], recording: &Recording) -> Option<Vec<f64>> {
+fn measured_tensions(primary: &[TwinTendon], recording: &Recording) -> Option<Vec<f64>> {
     let columns: Vec<&[f64]> =
         (1..=primary.len()).map(|k| recording.channel(&format!("tension_{k}_n"))).collect::<Option<_>>()?;
     let rows: Vec<f64> =

@@ -21,7 +21,7 @@ use hysteron_fem::vectors::{axpy, dot};
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
 use nalgebra::{DMatrix, DVector};
 
-use crate::balance::{Balance, Control, move_nodes};
+use crate::balance::{EquilibriumResidual, StepTargets, move_nodes};
 use crate::error::Cause;
 use crate::gmres::gmres;
 use crate::model::Twin;
@@ -71,7 +71,7 @@ pub(crate) struct Newton {
 
 /// How far along each Newton step the iteration goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Search {
+pub(crate) enum StepSearch {
     /// All the way, with exact tangents only.
     Full,
     /// As far as monotonicity or energy allow.
@@ -80,7 +80,7 @@ pub(crate) enum Search {
 
 /// Where the iteration ended without an equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Stuck {
+pub(crate) struct NewtonFailure {
     /// Norm of the residual over that of the applied forces [-].
     pub relative_residual: f64,
     pub cause: Cause,
@@ -115,13 +115,13 @@ impl Newton {
     pub fn run(
         &mut self,
         twin: &Twin,
-        control: &Control,
+        control: &StepTargets,
         state: &mut TwinState,
-        balance: &mut Balance,
-        search: Search,
+        balance: &mut EquilibriumResidual,
+        search: StepSearch,
         report: &mut StepReport,
-    ) -> Result<(), Stuck> {
-        let most = if search == Search::Full { MAX_FULL_STEPS } else { MAX_ITERATIONS };
+    ) -> Result<(), NewtonFailure> {
+        let most = if search == StepSearch::Full { MAX_FULL_STEPS } else { MAX_ITERATIONS };
         for j in 0..state.tensions.len() {
             state.tensions[j] = state.tensions[j].clamp(control.lowest[j], control.highest[j]);
         }
@@ -145,17 +145,17 @@ impl Newton {
             self.inverted = twin.body.first_inverted(&state.positions).map(|(element, _)| element);
         }
         let cause = self.inverted.map_or(ended, |element| Cause::Inverted { element });
-        Err(Stuck { relative_residual: balance.relative, cause })
+        Err(NewtonFailure { relative_residual: balance.relative, cause })
     }
 
     /// One Newton iteration.
     fn iterate(
         &mut self,
         twin: &Twin,
-        control: &Control,
+        control: &StepTargets,
         state: &mut TwinState,
-        balance: &mut Balance,
-        search: Search,
+        balance: &mut EquilibriumResidual,
+        search: StepSearch,
         report: &mut StepReport,
     ) -> Result<(), Cause> {
         if !balance.is_finite() || balance.relative > DIVERGED {
@@ -176,13 +176,13 @@ impl Newton {
         &mut self,
         twin: &Twin,
         state: &TwinState,
-        balance: &Balance,
-        search: Search,
+        balance: &EquilibriumResidual,
+        search: StepSearch,
     ) -> hysteron_fem::Result<()> {
         self.assemble(twin, state, balance, Tangent::Exact);
         let mut result = self.factor.factorize(&self.stiffness);
         self.n_negative = 0;
-        if result.is_err() && search == Search::Full {
+        if result.is_err() && search == StepSearch::Full {
             result = self.factor.factorize_signed(&self.stiffness).map(|negative| self.n_negative = negative);
         } else if result.is_err() {
             std::mem::swap(&mut self.stiffness, &mut self.exact);
@@ -202,7 +202,7 @@ impl Newton {
         Ok(())
     }
 
-    fn assemble(&mut self, twin: &Twin, state: &TwinState, balance: &Balance, kind: Tangent) {
+    fn assemble(&mut self, twin: &Twin, state: &TwinState, balance: &EquilibriumResidual, kind: Tangent) {
         let pattern = self.stiffness.pattern.clone();
         twin.body.stiffness_into(&state.positions, kind, &mut self.stiffness);
         twin.cables.add_stiffness(&balance.shape, &state.tensions, &pattern, &mut self.stiffness);
@@ -245,9 +245,9 @@ impl Newton {
     fn solve_tensions(
         &mut self,
         twin: &Twin,
-        control: &Control,
+        control: &StepTargets,
         state: &TwinState,
-        balance: &Balance,
+        balance: &EquilibriumResidual,
         report: &mut StepReport,
     ) -> Result<(), Cause> {
         if !twin.couples.is_empty() {
@@ -305,10 +305,10 @@ impl Newton {
     fn advance(
         &mut self,
         twin: &Twin,
-        control: &Control,
+        control: &StepTargets,
         state: &mut TwinState,
-        balance: &mut Balance,
-        search: Search,
+        balance: &mut EquilibriumResidual,
+        search: StepSearch,
     ) -> Result<(), Cause> {
         for (displacement, free_displacement) in self.displacement.iter_mut().zip(&self.free_displacement) {
             *displacement = -free_displacement;
@@ -319,7 +319,7 @@ impl Newton {
         let longest = self.displacement.iter().fold(0.0f64, |max, d| max.max(d.abs()));
         let mut part = (LONGEST_MOVE * self.extent / longest).min(1.0);
         let increments = self.tensions.increments.clone();
-        if search == Search::Full {
+        if search == StepSearch::Full {
             self.try_part(twin, control, state, &increments, part, balance);
             std::mem::swap(state, &mut self.trial);
             return Ok(());
@@ -359,11 +359,11 @@ impl Newton {
     fn try_part(
         &mut self,
         twin: &Twin,
-        control: &Control,
+        control: &StepTargets,
         state: &TwinState,
         increments: &[f64],
         part: f64,
-        balance: &mut Balance,
+        balance: &mut EquilibriumResidual,
     ) {
         self.trial.clone_from(state);
         move_nodes(&mut self.trial.positions, part, &self.displacement);
@@ -382,9 +382,9 @@ impl Newton {
     fn predicted_fall(
         &self,
         twin: &Twin,
-        control: &Control,
+        control: &StepTargets,
         state: &TwinState,
-        balance: &Balance,
+        balance: &EquilibriumResidual,
         strongest: f64,
     ) -> f64 {
         // The residual contains the cables' forces, which the terms of the stroke penalty account for.
@@ -403,7 +403,12 @@ impl Newton {
 
     /// Size of the correction that the present factor would make at the trial point, the QP included;
     /// infinite without one.
-    fn size_of_correction(&mut self, twin: &Twin, control: &Control, balance: &Balance) -> f64 {
+    fn size_of_correction(
+        &mut self,
+        twin: &Twin,
+        control: &StepTargets,
+        balance: &EquilibriumResidual,
+    ) -> f64 {
         self.correction.copy_from_slice(&balance.residual);
         self.factor.solve(&mut self.correction);
         let columns = &self.projection.columns;
@@ -418,7 +423,7 @@ impl Newton {
 
     /// Energy norm of the correction d = Y dT - z with z = K⁻¹ r: dᵀ K d = rᵀ z - 2 dTᵀ Yᵀ r + dTᵀ W dT
     /// [J], its root.
-    fn size(&self, twin: &Twin, balance: &Balance, solved: &[f64], increments: &[f64]) -> f64 {
+    fn size(&self, twin: &Twin, balance: &EquilibriumResidual, solved: &[f64], increments: &[f64]) -> f64 {
         let (isa, n) = (twin.body.isa, increments.len());
         let mut energy = dot(isa, &balance.residual, solved);
         for (i, (increment, column)) in increments.iter().zip(&self.projection.columns).enumerate() {

@@ -62,14 +62,14 @@ pub fn settle(twin: &Twin, plant: &mut dyn Plant, primary: &[f64]) -> Result<Pla
 
 /// A twin whose auxiliary tendons rest.
 #[derive(Debug, Clone)]
-pub struct Uncorrected<'a> {
+pub struct PhysicsTwin<'a> {
     twin: &'a Twin,
     resting: Vec<Target>,
     stepper: Stepper,
     targets: Vec<Target>,
 }
 
-impl<'a> Uncorrected<'a> {
+impl<'a> PhysicsTwin<'a> {
     /// Starts from the undeformed body; see [`settle`].
     pub fn new(twin: &'a Twin) -> Self {
         let resting = twin.tendons[twin.n_primary..].iter();
@@ -78,7 +78,7 @@ impl<'a> Uncorrected<'a> {
     }
 }
 
-impl Plant for Uncorrected<'_> {
+impl Plant for PhysicsTwin<'_> {
     fn step(&mut self, primary: &[f64]) -> Result<PlantStep> {
         self.targets.clear();
         self.targets.extend(primary.iter().map(|stroke| Target::Stroke(*stroke)));

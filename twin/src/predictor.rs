@@ -24,7 +24,7 @@ const RIDGE: f64 = 1e-10;
 const REACH: f64 = 3.0;
 
 #[derive(Debug, Clone)]
-struct Entry {
+struct PastEquilibrium {
     /// Stroke of every cable [m].
     strokes: Vec<f64>,
     /// Free unknowns, then tensions.
@@ -42,19 +42,19 @@ pub(crate) enum Prescribed {
 
 /// The last equilibria.
 #[derive(Debug, Clone)]
-pub(crate) struct Predictor {
+pub(crate) struct EquilibriumPredictor {
     isa: Isa,
     /// Free unknowns of a point; its tensions follow.
     n_unknowns: usize,
-    entries: Vec<Entry>,
+    entries: Vec<PastEquilibrium>,
     n_entries: usize,
     newest: usize,
 }
 
-impl Predictor {
+impl EquilibriumPredictor {
     /// For `n` free unknowns and `m` cables.
     pub fn new(isa: Isa, n: usize, m: usize) -> Self {
-        let blank = Entry { strokes: vec![0.0; m], point: vec![0.0; n + m] };
+        let blank = PastEquilibrium { strokes: vec![0.0; m], point: vec![0.0; n + m] };
         Self { isa, n_unknowns: n, entries: vec![blank; CAPACITY], n_entries: 0, newest: 0 }
     }
 
@@ -81,7 +81,7 @@ impl Predictor {
         let base = &self.entries[self.newest];
         let other = |i: usize| &self.entries[(self.newest + CAPACITY - 1 - i) % CAPACITY];
         // How far a state is from the newest, by cable [m].
-        let apart = |entry: &Entry, j: usize| match prescribed[j] {
+        let apart = |entry: &PastEquilibrium, j: usize| match prescribed[j] {
             Prescribed::Stroke(_) => entry.strokes[j] - base.strokes[j],
             Prescribed::Tension(_, scale) => {
                 scale * (entry.point[self.n_unknowns + j] - base.point[self.n_unknowns + j])

@@ -14,11 +14,11 @@ use hysteron_fem::vectors::combine_into;
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
 
 use crate::anderson::Anderson;
-use crate::balance::{Balance, Control, move_nodes};
+use crate::balance::{EquilibriumResidual, StepTargets, move_nodes};
 use crate::cable::CableShape;
 use crate::error::Cause;
 use crate::model::Twin;
-use crate::predictor::{Predictor, Prescribed};
+use crate::predictor::{EquilibriumPredictor, Prescribed};
 use crate::projection::Projection;
 use crate::report::StepReport;
 use crate::state::TwinState;
@@ -41,7 +41,7 @@ pub(crate) struct QuasiNewton {
     columns: Vec<Vec<f32>>,
     tensions: TensionStep,
     anderson: Anderson,
-    predictor: Predictor,
+    predictor: EquilibriumPredictor,
     /// No factor yet, or one that did not serve.
     is_unusable: bool,
     /// Cost of a refactorisation, in iterations [-].
@@ -74,7 +74,7 @@ impl QuasiNewton {
             columns: vec![vec![0.0; n]; m],
             tensions: TensionStep::new(m),
             anderson: Anderson::new(isa, n, m),
-            predictor: Predictor::new(isa, n, m),
+            predictor: EquilibriumPredictor::new(isa, n, m),
             is_unusable: true,
             spent: 0,
             steps: 0,
@@ -87,7 +87,12 @@ impl QuasiNewton {
     }
 
     /// Y and W of the factor in use, or of a new one at `state`.
-    pub fn projection(&mut self, twin: &Twin, state: &TwinState, balance: &Balance) -> Option<&Projection> {
+    pub fn projection(
+        &mut self,
+        twin: &Twin,
+        state: &TwinState,
+        balance: &EquilibriumResidual,
+    ) -> Option<&Projection> {
         let usable =
             !self.is_unusable || self.refactorise(twin, state, balance, &mut StepReport::default()).is_ok();
         usable.then_some(&self.projection)
@@ -125,9 +130,9 @@ impl QuasiNewton {
     pub fn run(
         &mut self,
         twin: &Twin,
-        control: &Control,
+        control: &StepTargets,
         state: &mut TwinState,
-        balance: &mut Balance,
+        balance: &mut EquilibriumResidual,
         report: &mut StepReport,
     ) -> Result<(), Cause> {
         if self.is_unusable {
@@ -167,7 +172,7 @@ impl QuasiNewton {
         &mut self,
         twin: &Twin,
         state: &TwinState,
-        balance: &Balance,
+        balance: &EquilibriumResidual,
         report: &mut StepReport,
     ) -> Result<(), Cause> {
         report.refactorisations += 1;
@@ -190,7 +195,13 @@ impl QuasiNewton {
     }
 
     /// Moves `state` to where the history expects the equilibrium, then onto the commanded strokes.
-    fn predict(&mut self, twin: &Twin, control: &Control, state: &mut TwinState, balance: &mut Balance) {
+    fn predict(
+        &mut self,
+        twin: &Twin,
+        control: &StepTargets,
+        state: &mut TwinState,
+        balance: &mut EquilibriumResidual,
+    ) {
         let (n, m) = (self.free_displacement.len(), state.tensions.len());
         self.step.fill(0.0);
         self.prescribed.clear();
@@ -225,9 +236,9 @@ impl QuasiNewton {
     fn iterate(
         &mut self,
         twin: &Twin,
-        control: &Control,
+        control: &StepTargets,
         state: &mut TwinState,
-        balance: &Balance,
+        balance: &EquilibriumResidual,
         report: &mut StepReport,
     ) -> Result<(), Cause> {
         let (n, m) = (self.free_displacement.len(), state.tensions.len());
@@ -296,9 +307,9 @@ impl QuasiNewton {
     fn solve_tensions(
         &mut self,
         twin: &Twin,
-        control: &Control,
+        control: &StepTargets,
         state: &TwinState,
-        balance: &Balance,
+        balance: &EquilibriumResidual,
     ) -> Result<QpSolver, Cause> {
         let free_displacement = &self.free_displacement;
         let stroke_residual = |j: usize| {

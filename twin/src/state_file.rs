@@ -18,7 +18,7 @@ const NO_CHECKSUM: &str = "00000000000000000000000000000000000000000000000000000
 /// First line of a state file; positions, tensions, slides and plays follow as little-endian `f64`.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Header {
+struct StateHeader {
     format: String,
     version: u32,
     scene_hash: String,
@@ -40,7 +40,7 @@ impl TwinState {
     /// # Errors
     /// Refusals of the file system.
     pub fn write(&self, path: &Path, twin: &Twin, scene_hash: &str, command: &str) -> Result<()> {
-        let header = Header {
+        let header = StateHeader {
             format: FORMAT.into(),
             version: VERSION,
             scene_hash: scene_hash.into(),
@@ -91,7 +91,7 @@ impl TwinState {
                 .hint("what another version of the program wrote has to be made again")
                 .into());
         }
-        let header: Header = json::from_value(&header).map_err(not_ours)?;
+        let header: StateHeader = json::from_value(&header).map_err(not_ours)?;
         if header.scene_hash != scene_hash {
             return Err(bad("scene_hash", scene_hash.into(), header.scene_hash)
                 .hint("a state belongs to the scene and mesh that it was made with; make it again")

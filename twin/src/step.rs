@@ -3,11 +3,11 @@
 use hysteron_base::BadInput;
 
 use crate::adjoint::{TipAdjoint, tip_adjoints};
-use crate::balance::{Balance, Control};
+use crate::balance::{EquilibriumResidual, StepTargets};
 use crate::friction::{bounds_into, change_of_bounds, commit_slip, follow_backlash, stick};
 use crate::friction_points::FrictionPoints;
 use crate::model::{Target, Twin};
-use crate::newton::{Newton, Search, Stuck};
+use crate::newton::{Newton, NewtonFailure, StepSearch};
 use crate::projection::Projection;
 use crate::quasi_newton::QuasiNewton;
 use crate::report::StepReport;
@@ -38,7 +38,7 @@ pub(crate) struct FrictionMemory {
 
 /// Residual of a step, linearised at a state.
 #[derive(Debug)]
-pub(crate) struct Conditions<'a> {
+pub(crate) struct LinearisedStep<'a> {
     /// The state.
     pub state: &'a TwinState,
     /// With the lagged factor: approximate.
@@ -57,8 +57,8 @@ pub(crate) struct Conditions<'a> {
 /// history belong. [`Stepper::restore`] goes to another equilibrium, and makes both anew.
 #[derive(Debug, Clone)]
 pub struct Stepper {
-    control: Control,
-    balance: Balance,
+    control: StepTargets,
+    balance: EquilibriumResidual,
     quasi_newton: QuasiNewton,
     /// Made when first needed.
     newton: Option<Box<Newton>>,
@@ -76,8 +76,8 @@ impl Stepper {
     /// Scratch for steps of `twin`.
     pub fn new(twin: &Twin) -> Self {
         let mut stepper = Self {
-            control: Control::new(twin, &vec![Target::Free; twin.tendons.len()]),
-            balance: Balance::new(twin),
+            control: StepTargets::new(twin, &vec![Target::Free; twin.tendons.len()]),
+            balance: EquilibriumResidual::new(twin),
             quasi_newton: QuasiNewton::new(twin),
             newton: None,
             saved: twin.rest(),
@@ -155,14 +155,14 @@ impl Stepper {
         twin: &Twin,
         targets: &[Target],
         memory: &FrictionMemory,
-    ) -> Option<Conditions<'_>> {
+    ) -> Option<LinearisedStep<'_>> {
         self.restore_friction(memory);
         let state = std::mem::take(&mut self.state);
         self.command(twin, targets, &state);
         self.state = state;
         let (control, state) = (&self.control, &self.state);
         self.balance.evaluate_strokes(twin, control, &state.positions, &state.tensions);
-        Some(Conditions {
+        Some(LinearisedStep {
             state,
             projection: self.quasi_newton.projection(twin, state, &self.balance)?,
             stroke_residual: &self.balance.stroke_residual,
@@ -263,7 +263,7 @@ impl Stepper {
         self.balance.evaluate(twin, &self.control, &state.positions, &state.tensions);
         self.control.load = 1.0;
         let newton = self.newton.get_or_insert_with(|| Box::new(Newton::new(twin)));
-        newton.linearise(twin, state, &self.balance, Search::Full)?;
+        newton.linearise(twin, state, &self.balance, StepSearch::Full)?;
         let n = twin.tendons.len();
         let rows = newton.projection.delassus.chunks(twin.cables.len().max(1)).take(n);
         Ok(rows.flat_map(|row| &row[..n]).copied().collect())
@@ -325,7 +325,7 @@ impl Stepper {
         let newton = self.newton.get_or_insert_with(|| Box::new(Newton::new(twin)));
         let mut strokes = twin.pulled(state);
         strokes.extend_from_slice(&self.control.strokes[strokes.len()..]);
-        let from = Control {
+        let from = StepTargets {
             strokes,
             lowest: state.tensions.clone(),
             highest: state.tensions.clone(),
@@ -349,10 +349,10 @@ impl Stepper {
             control.load = mix(from.load, self.control.load);
             self.saved.clone_from(state);
             report.sub_steps += 1;
-            let mut outcome = newton.run(twin, &control, state, &mut self.balance, Search::Full, report);
+            let mut outcome = newton.run(twin, &control, state, &mut self.balance, StepSearch::Full, report);
             if outcome.is_err() && part <= LARGEST_DAMPED_PART {
                 state.clone_from(&self.saved);
-                outcome = newton.run(twin, &control, state, &mut self.balance, Search::Damped, report);
+                outcome = newton.run(twin, &control, state, &mut self.balance, StepSearch::Damped, report);
             }
             match outcome {
                 Ok(()) => {
@@ -360,7 +360,7 @@ impl Stepper {
                     reached = next;
                     part = (2.0 * part).min(1.0 - reached);
                 }
-                Err(Stuck { relative_residual, cause }) => {
+                Err(NewtonFailure { relative_residual, cause }) => {
                     state.clone_from(&self.saved);
                     part *= 0.5;
                     if part < SMALLEST_PART {

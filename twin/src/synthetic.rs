@@ -39,7 +39,7 @@ impl std::fmt::Display for Unphysical {
 
 /// Outcome of a rollout.
 #[derive(Debug, Clone)]
-pub enum Outcome {
+pub enum SyntheticOutcome {
     /// Strokes as they came, the tip `tip_x_m`.., tensions `tension_k_n`, ∂tip/∂stroke `tip_x_per_stroke_k_ratio`.. [-]
     /// (see [`crate::Stepper::tip_response`]), and `extrapolating`, 1 where a network left its training range.
     Made(Recording),
@@ -50,7 +50,7 @@ pub enum Outcome {
 }
 
 /// The strokes of a trajectory, sample by sample.
-pub trait Drive {
+pub trait StrokeSource {
     /// Time of sample `i` [s].
     fn time(&self, i: usize) -> f64;
 
@@ -60,12 +60,12 @@ pub trait Drive {
 }
 
 /// Strokes that are known beforehand.
-pub struct Recorded<'a> {
+pub struct RecordedStrokes<'a> {
     time: &'a [f64],
     strokes: Vec<&'a [f64]>,
 }
 
-impl<'a> Recorded<'a> {
+impl<'a> RecordedStrokes<'a> {
     /// Those of `commands`.
     ///
     /// # Errors
@@ -80,7 +80,7 @@ impl<'a> Recorded<'a> {
     }
 }
 
-impl Drive for Recorded<'_> {
+impl StrokeSource for RecordedStrokes<'_> {
     fn time(&self, i: usize) -> f64 {
         self.time[i]
     }
@@ -101,12 +101,12 @@ impl Drive for Recorded<'_> {
 pub fn synthesise(
     twin: &Twin,
     plant: &mut dyn Plant,
-    drive: &mut dyn Drive,
+    drive: &mut dyn StrokeSource,
     meta: Metadata,
     on_sample: &mut dyn FnMut() -> bool,
-) -> Result<Outcome> {
+) -> Result<SyntheticOutcome> {
     let length = twin.cables.longest();
-    let mut columns = Columns::new(twin.n_primary);
+    let mut columns = RolloutColumns::new(twin.n_primary);
     let mut jacobian = [(); 3].map(|()| vec![0.0; twin.n_primary]);
     let mut now = vec![0.0; twin.n_primary];
     if !drive.strokes(0, None, &mut now) {
@@ -114,14 +114,18 @@ pub fn synthesise(
     }
     let rest = match settle(twin, plant, &now) {
         Ok(rest) => rest,
-        Err(Error::NoEquilibrium { .. }) => return Ok(Outcome::Dropped(0, Unphysical::NoEquilibrium)),
+        Err(Error::NoEquilibrium { .. }) => {
+            return Ok(SyntheticOutcome::Dropped(0, Unphysical::NoEquilibrium));
+        }
         Err(other) => return Err(other),
     };
     let mut before = (now.clone(), rest.tip);
     for i in 0.. {
         let step = match plant.step(&now) {
             Ok(step) => step,
-            Err(Error::NoEquilibrium { .. }) => return Ok(Outcome::Dropped(i, Unphysical::NoEquilibrium)),
+            Err(Error::NoEquilibrium { .. }) => {
+                return Ok(SyntheticOutcome::Dropped(i, Unphysical::NoEquilibrium));
+            }
             Err(other) => return Err(other),
         };
         if i % JACOBIAN_EVERY == 0 {
@@ -138,20 +142,20 @@ pub fn synthesise(
                 .map_or(jacobian, |response| response.per_stroke);
         }
         if let Some(why) = overloaded(twin, plant.state()).or_else(|| jumps(&jacobian)) {
-            return Ok(Outcome::Dropped(i, why));
+            return Ok(SyntheticOutcome::Dropped(i, why));
         }
         columns.push(drive.time(i), &now, plant.state(), &jacobian, &step);
         before.0.copy_from_slice(&now);
         before.1 = step.tip;
         if !on_sample() {
-            return Ok(Outcome::Ended);
+            return Ok(SyntheticOutcome::Ended);
         }
         if !drive.strokes(i + 1, Some(step.tip), &mut now) {
             break;
         }
     }
     let (time, channels) = columns.into_series();
-    Ok(Outcome::Made(Recording::new(time, channels, Vec::new(), meta)?))
+    Ok(SyntheticOutcome::Made(Recording::new(time, channels, Vec::new(), meta)?))
 }
 
 fn overloaded(twin: &Twin, state: &TwinState) -> Option<Unphysical> {
@@ -175,7 +179,7 @@ fn jump(
 }
 
 /// Columns of a rollout's recording.
-struct Columns {
+struct RolloutColumns {
     time: Vec<f64>,
     strokes: Vec<Vec<f64>>,
     tip: [Vec<f64>; 3],
@@ -185,7 +189,7 @@ struct Columns {
     extrapolating: Vec<f64>,
 }
 
-impl Columns {
+impl RolloutColumns {
     fn new(n_tendons: usize) -> Self {
         let of_tendons = || vec![Vec::new(); n_tendons];
         Self {

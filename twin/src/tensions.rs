@@ -1,6 +1,6 @@
 //! The tension increments of a correction: the bound-constrained QP of eq. 4, posed and applied.
 
-use crate::balance::Control;
+use crate::balance::StepTargets;
 use hysteron_fit::qp::{BoxQp, QpSolver, QpStatus};
 
 /// A QP in the tension increments and its answer; scratch.
@@ -31,7 +31,7 @@ impl TensionStep {
 
     /// Sets the data: tensions now, and the stroke residual of each cable when only the free displacement is
     /// made.
-    pub fn pose(&mut self, control: &Control, tensions: &[f64], stroke_residual: impl Fn(usize) -> f64) {
+    pub fn pose(&mut self, control: &StepTargets, tensions: &[f64], stroke_residual: impl Fn(usize) -> f64) {
         for (j, tension) in tensions.iter().enumerate() {
             self.stroke_residual[j] = if control.is_tension(j) { 0.0 } else { stroke_residual(j) };
             self.lowest[j] = control.lowest[j] - tension;
@@ -48,7 +48,7 @@ impl TensionStep {
 
     /// `tensions` after `part` of `increments`; a full increment to a bound lands on it exactly, so that
     /// slackness is free of round-off.
-    pub fn apply(control: &Control, increments: &[f64], part: f64, tensions: &mut [f64]) {
+    pub fn apply(control: &StepTargets, increments: &[f64], part: f64, tensions: &mut [f64]) {
         for (j, tension) in tensions.iter_mut().enumerate() {
             let (lowest, highest) = (control.lowest[j], control.highest[j]);
             *tension = if part == 1.0 && increments[j] == lowest - *tension {

@@ -23,7 +23,7 @@ pub struct Specification {
 
 /// A section b₀ + b₁ z⁻¹ + b₂ z⁻² over 1 + a₁ z⁻¹ + a₂ z⁻².
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Section {
+struct BiquadSection {
     b: [f64; 3],
     a: [f64; 2],
 }
@@ -31,7 +31,7 @@ struct Section {
 /// A Butterworth low pass.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LowPass {
-    sections: Vec<Section>,
+    sections: Vec<BiquadSection>,
     /// Order n.
     pub order: usize,
     /// Frequency at which half of the power passes [Hz].
@@ -63,14 +63,16 @@ impl LowPass {
             // Poles w exp(±i φ): s² + 2 ζ w s + w².
             let zeta = (PI * (2.0 * k as f64 + 1.0) / (2.0 * order as f64)).sin();
             let d = 1.0 + 2.0 * zeta * w + w * w;
-            sections.push(Section {
+            sections.push(BiquadSection {
                 b: [w * w / d, 2.0 * w * w / d, w * w / d],
                 a: [2.0 * (w * w - 1.0) / d, (1.0 - 2.0 * zeta * w + w * w) / d],
             });
         }
         if order % 2 == 1 {
-            sections
-                .push(Section { b: [w / (1.0 + w), w / (1.0 + w), 0.0], a: [(w - 1.0) / (1.0 + w), 0.0] });
+            sections.push(BiquadSection {
+                b: [w / (1.0 + w), w / (1.0 + w), 0.0],
+                a: [(w - 1.0) / (1.0 + w), 0.0],
+            });
         }
         Ok(Self { sections, order, cutoff, rate })
     }
@@ -144,7 +146,7 @@ impl LowPass {
     }
 }
 
-impl Section {
+impl BiquadSection {
     /// Memory of a constant input of 1: direct form II transposed at rest, gain 1.
     fn settled(&self) -> [f64; 2] {
         let second = self.b[2] - self.a[1];
@@ -155,7 +157,7 @@ impl Section {
 /// A low pass in motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LowPassState {
-    sections: Vec<Section>,
+    sections: Vec<BiquadSection>,
     memory: Vec<[f64; 2]>,
 }
 

@@ -94,16 +94,16 @@ impl DahlMap {
         }
         let n: usize = runs.iter().map(|run| run.position.len()).sum();
         let center = runs.iter().flat_map(|run| run.position).sum::<f64>() / n as f64;
-        let paths = runs.iter().map(|run| Path::of_run(run, center)).collect::<Result<Vec<_>, _>>()?;
-        let parts = |ripple: Option<f64>, rows: Rows| -> Vec<Part> {
+        let paths = runs.iter().map(|run| TermSignals::of_run(run, center)).collect::<Result<Vec<_>, _>>()?;
+        let parts = |ripple: Option<f64>, rows: RunSamples| -> Vec<RunTerms> {
             paths.iter().zip(runs).map(|(path, run)| path.part(run, ripple, rows)).collect()
         };
-        let smooth = parts(None, Rows::All);
+        let smooth = parts(None, RunSamples::All);
         let ridge = best_ridge(&smooth);
-        let ripple = best_ripple(ridge, |ripple| parts(ripple, Rows::Coarse));
-        let parts = if ripple.is_some() { parts(ripple, Rows::All) } else { smooth };
+        let ripple = best_ripple(ridge, |ripple| parts(ripple, RunSamples::Coarse));
+        let parts = if ripple.is_some() { parts(ripple, RunSamples::All) } else { smooth };
         let ridge = if ripple.is_some() { best_ridge(&parts) } else { ridge };
-        let all: Vec<&Part> = parts.iter().collect();
+        let all: Vec<&RunTerms> = parts.iter().collect();
         Ok(Self { coefficients: solve(&all, ridge).as_slice().to_vec(), ridge, center, ripple })
     }
 
@@ -112,7 +112,7 @@ impl DahlMap {
     /// # Errors
     /// `BadInput` for positions that are not finite, too few of them for the filter, or a joint that stands.
     pub fn torque(&self, position: &[f64], period: f64) -> Result<Vec<f64>, BadInput> {
-        let path = Path::new(position, period, self.center)?;
+        let path = TermSignals::new(position, period, self.center)?;
         let columns = path.columns(self.ripple, 1);
         let at = |k: usize| columns.iter().zip(&self.coefficients).map(|(column, c)| column[k] * c).sum();
         Ok((0..position.len()).map(at).collect())
@@ -120,7 +120,7 @@ impl DahlMap {
 }
 
 /// The terms of one run without their means, and its torque.
-struct Part {
+struct RunTerms {
     /// One row for each term.
     terms: DMatrix<f64>,
     torque: DVector<f64>,
@@ -128,14 +128,14 @@ struct Part {
 
 /// Which samples of a run count.
 #[derive(Clone, Copy)]
-enum Rows {
+enum RunSamples {
     /// All.
     All,
     /// One every [`COARSE`].
     Coarse,
 }
 
-impl Part {
+impl RunTerms {
     fn new(columns: &[Vec<f64>], torque: &[f64]) -> Self {
         let n = torque.len();
         let mean = |column: &[f64]| column.iter().sum::<f64>() / n as f64;
@@ -155,16 +155,16 @@ impl Part {
 }
 
 /// Sum over the runs of the logarithm of what the others' fit leaves of each.
-fn left_unseen(parts: &[Part], ridge: f64) -> f64 {
+fn left_unseen(parts: &[RunTerms], ridge: f64) -> f64 {
     let without = |k: usize| {
-        let others: Vec<&Part> =
+        let others: Vec<&RunTerms> =
             parts.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, part)| part).collect();
         parts[k].spread_left(&solve(&others, ridge)).ln()
     };
     (0..parts.len()).map(without).sum()
 }
 
-fn best_ridge(parts: &[Part]) -> f64 {
+fn best_ridge(parts: &[RunTerms]) -> f64 {
     let mut best = (f64::INFINITY, RIDGES[0]);
     for ridge in RIDGES {
         let left = left_unseen(parts, ridge);
@@ -176,7 +176,7 @@ fn best_ridge(parts: &[Part]) -> f64 {
 }
 
 /// The wave number with the least residual on validation runs, if that is less than without.
-fn best_ripple(ridge: f64, parts: impl Fn(Option<f64>) -> Vec<Part>) -> Option<f64> {
+fn best_ripple(ridge: f64, parts: impl Fn(Option<f64>) -> Vec<RunTerms>) -> Option<f64> {
     let smooth = parts(None);
     let enough = left_unseen(&smooth, ridge) + smooth.len() as f64 * (1.0 - MIN_GAIN).ln();
     let [first, last, step] = WAVES;
@@ -191,7 +191,7 @@ fn best_ripple(ridge: f64, parts: impl Fn(Option<f64>) -> Vec<Part>) -> Option<f
 }
 
 /// Ridge regression, every term in units of its spread.
-fn solve(parts: &[&Part], ridge: f64) -> DVector<f64> {
+fn solve(parts: &[&RunTerms], ridge: f64) -> DVector<f64> {
     let p = parts.first().map_or(0, |part| part.terms.nrows());
     let (mut matrix, mut right, mut n) = (DMatrix::zeros(p, p), DVector::zeros(p), 0.0);
     for part in parts {
@@ -210,7 +210,7 @@ fn solve(parts: &[&Part], ridge: f64) -> DVector<f64> {
 }
 
 /// Signals along a path from which the terms are made.
-struct Path<'a> {
+struct TermSignals<'a> {
     position: &'a [f64],
     period: f64,
     velocity: Vec<f64>,
@@ -218,7 +218,7 @@ struct Path<'a> {
     columns: Vec<Vec<f64>>,
 }
 
-impl<'a> Path<'a> {
+impl<'a> TermSignals<'a> {
     fn of_run(run: &FrictionRun<'a>, center: f64) -> Result<Self, BadInput> {
         if run.torque.len() != run.position.len() {
             let expected = format!("{} samples", run.position.len());
@@ -275,13 +275,13 @@ impl<'a> Path<'a> {
         columns
     }
 
-    fn part(&self, run: &FrictionRun, ripple: Option<f64>, rows: Rows) -> Part {
+    fn part(&self, run: &FrictionRun, ripple: Option<f64>, rows: RunSamples) -> RunTerms {
         let stride = match rows {
-            Rows::All => 1,
-            Rows::Coarse => (COARSE / self.period).round().max(1.0) as usize,
+            RunSamples::All => 1,
+            RunSamples::Coarse => (COARSE / self.period).round().max(1.0) as usize,
         };
         let torque: Vec<f64> = run.torque.iter().copied().step_by(stride).collect();
-        Part::new(&self.columns(ripple, stride), &torque)
+        RunTerms::new(&self.columns(ripple, stride), &torque)
     }
 }
 

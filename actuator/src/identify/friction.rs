@@ -1,7 +1,7 @@
 //! A law of friction from speeds and torques, by regression.
 
 use hysteron_base::{BadInput, Bounds};
-use hysteron_fit::{Fit, Options, Parameter, Scale, least_squares, minimum};
+use hysteron_fit::{Fit, Options, Parameter, ParameterScale, least_squares, minimum};
 
 use crate::law::{JointFriction, Law, LawParameter, ScalesWith, Sliding};
 
@@ -102,22 +102,27 @@ impl<'a> Regression<'a> {
     pub fn parameters(&self, place: f64) -> Vec<Parameter> {
         let of = |p: LawParameter| {
             let (factor, scale) = match p.scales_with {
-                ScalesWith::Torque => (self.largest, Scale::Linear),
-                ScalesWith::Speed => (self.fastest, Scale::Logarithmic),
-                ScalesWith::TorquePerSpeed => (self.largest / self.fastest, Scale::Linear),
-                ScalesWith::Nothing => (1.0, Scale::Linear),
+                ScalesWith::Torque => (self.largest, ParameterScale::Linear),
+                ScalesWith::Speed => (self.fastest, ParameterScale::Logarithmic),
+                ScalesWith::TorquePerSpeed => (self.largest / self.fastest, ParameterScale::Linear),
+                ScalesWith::Nothing => (1.0, ParameterScale::Linear),
             };
             let bounds = Bounds { min: factor * p.bounds[0], max: factor * p.bounds[1] };
             let start = match scale {
-                Scale::Linear => bounds.min + TORQUE_START * (bounds.max - bounds.min),
-                Scale::Logarithmic => bounds.min * (bounds.max / bounds.min).powf(place),
+                ParameterScale::Linear => bounds.min + TORQUE_START * (bounds.max - bounds.min),
+                ParameterScale::Logarithmic => bounds.min * (bounds.max / bounds.min).powf(place),
             };
             Parameter { name: p.name.into_owned(), start, bounds, scale, prior: None }
         };
         let has_offset = !matches!(self.law, Law::DirectedStribeck(_) | Law::PiecewiseLinear(_));
         let bounds = Bounds { min: -self.largest, max: self.largest };
-        let offset =
-            Parameter { name: "offset_n_m".into(), start: 0.0, bounds, scale: Scale::Linear, prior: None };
+        let offset = Parameter {
+            name: "offset_n_m".into(),
+            start: 0.0,
+            bounds,
+            scale: ParameterScale::Linear,
+            prior: None,
+        };
         self.law.parameters().into_iter().map(of).chain(has_offset.then_some(offset)).collect()
     }
 

@@ -43,7 +43,7 @@ pub struct LostMotion {
 }
 
 /// Travels of pulleys and what they moved, on one clock.
-struct Data<'a> {
+struct TravelData<'a> {
     travel: &'a [Vec<f64>],
     moved: &'a [Vec<f64>],
     /// Rows that are fitted.
@@ -73,7 +73,7 @@ pub fn lost_motion(travel: &[Vec<f64>], moved: &[Vec<f64>]) -> Result<LostMotion
         return Err(BadInput::new(place, "a pulley that moves", "one that rests throughout"));
     }
     let rows = (0..n_rows).step_by(n_rows.div_ceil(MAX_ROWS)).collect();
-    let data = Data { travel, moved, rows, ranges };
+    let data = TravelData { travel, moved, rows, ranges };
     let width = data.widths(None);
     let without: Vec<Vec<f64>> = (0..PARTS).map(|part| data.widths(Some((part, &width)))).collect();
     let standard_error = (0..travel.len())
@@ -91,7 +91,7 @@ pub fn lost_motion(travel: &[Vec<f64>], moved: &[Vec<f64>]) -> Result<LostMotion
     Ok(LostMotion { width, standard_error, left })
 }
 
-impl Data<'_> {
+impl TravelData<'_> {
     /// Travel behind pulley `k` with a gap of that width, at the rows that are fitted, over its range
     /// (n_rows) [-].
     fn behind(&self, k: usize, width: f64) -> Vec<f64> {

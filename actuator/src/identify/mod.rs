@@ -12,7 +12,7 @@ pub use dahl_map::{DahlMap, FrictionRun, RIPPLE_TERMS, TERMS};
 pub use friction::{FrictionFit, identify_friction, identify_friction_through};
 pub use lost_motion::{LostMotion, lost_motion};
 pub use methods::{FrictionMethod, MethodFit, identify_friction_by};
-pub use pendulum::{Pendulum, PendulumRun, Rollout, rollout};
+pub use pendulum::{Pendulum, PendulumRollout, PendulumRun, rollout};
 pub use pulley::{
     Backlash, PulleyFit, PulleyRecord, PulleyServo, Reversal, SlackFriction, SteadySamples, find_slack,
     finest_speed, identify_backlash, identify_pulley, slack_friction,

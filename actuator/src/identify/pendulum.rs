@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use hysteron_base::BadInput;
 
 use crate::position_loop::LoopSpec;
-use crate::{Bridge, Drive, DriveState, Load};
+use crate::{Bridge, Drive, DriveLoad, DriveState};
 
 /// Standard gravity [m/s²].
 const GRAVITY: f64 = 9.80665;
@@ -23,9 +23,12 @@ pub struct Pendulum {
 
 impl Pendulum {
     /// Inertia and torque of the weight on the output at `angle` [rad].
-    pub fn load(&self, angle: f64) -> Load {
+    pub fn load(&self, angle: f64) -> DriveLoad {
         let weight = self.mass * GRAVITY * self.length;
-        Load { inertia: self.mass * self.length * self.length, torque: -weight * (angle + self.offset).sin() }
+        DriveLoad {
+            inertia: self.mass * self.length * self.length,
+            torque: -weight * (angle + self.offset).sin(),
+        }
     }
 }
 
@@ -80,7 +83,7 @@ impl PendulumRun {
 
 /// Simulated motion of a drive.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rollout {
+pub struct PendulumRollout {
     /// Position at every recorded time [rad].
     pub position: Vec<f64>,
     /// Current [A].
@@ -92,7 +95,7 @@ pub struct Rollout {
 /// Simulates `run` open loop from its first position at rest: goals alone are given, no measurement corrects it.
 ///
 /// The loop's proportional gain acts on exact angles, not on whole ticks, so that the motion is a smooth function of the drive's numbers.
-pub fn rollout(drive: &Drive, offset: f64, run: &PendulumRun, longest_step: f64) -> Rollout {
+pub fn rollout(drive: &Drive, offset: f64, run: &PendulumRun, longest_step: f64) -> PendulumRollout {
     let pendulum = Pendulum { offset, ..run.pendulum };
     let mut state = DriveState::resting(run.position[0], run.temperature);
     let LoopSpec { ticks_per_turn, pwm_full_scale, gains, .. } = drive.position_loop;
@@ -112,5 +115,5 @@ pub fn rollout(drive: &Drive, offset: f64, run: &PendulumRun, longest_step: f64)
         position.push(state.angle);
         current.push(state.current);
     }
-    Rollout { position, current, winding_temperature: state.winding_temperature }
+    PendulumRollout { position, current, winding_temperature: state.winding_temperature }
 }

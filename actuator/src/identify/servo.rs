@@ -1,7 +1,7 @@
 //! The parameters of a drive by rollout: the simulated motion is brought to the measured one.
 
 use hysteron_base::{BadInput, Bounds, parallel};
-use hysteron_fit::{Fit, Options, Parameter, Prior, Scale, least_squares, minimum};
+use hysteron_fit::{Fit, Options, Parameter, ParameterScale, Prior, least_squares, minimum};
 
 use super::pendulum::{PendulumRun, rollout};
 use crate::Drive;
@@ -137,7 +137,7 @@ fn parameters(drive: &Drive, quantities: &[&DriveQuantity], scale: f64, place: f
         let start = (quantity.get)(drive);
         let bounds = Bounds { min: start / quantity.spread, max: start * quantity.spread };
         let prior = Some(Prior { center: start, width: quantity.spread.sqrt() });
-        Parameter { name: quantity.name.into(), start, bounds, scale: Scale::Logarithmic, prior }
+        Parameter { name: quantity.name.into(), start, bounds, scale: ParameterScale::Logarithmic, prior }
     };
     let mut all: Vec<Parameter> = quantities.iter().map(of).collect();
     all.extend(drive.gear.law.parameters().into_iter().map(|p| {
@@ -147,14 +147,20 @@ fn parameters(drive: &Drive, quantities: &[&DriveQuantity], scale: f64, place: f
         let bounds = Bounds { min: factor * p.bounds[0], max: factor * p.bounds[1] };
         if let Some((_, center)) = SHAPES.iter().find(|(name, _)| *name == p.name) {
             let prior = Some(Prior { center: *center, width: SHAPE_WIDTH });
-            let (name, scale) = (p.name.into_owned(), Scale::Logarithmic);
+            let (name, scale) = (p.name.into_owned(), ParameterScale::Logarithmic);
             return Parameter { name, start: *center, bounds, scale, prior };
         }
         let start = bounds.min + place * (bounds.max - bounds.min);
-        Parameter { name: p.name.into_owned(), start, bounds, scale: Scale::Linear, prior: None }
+        Parameter { name: p.name.into_owned(), start, bounds, scale: ParameterScale::Linear, prior: None }
     }));
     let bounds = Bounds { min: -MAX_OFFSET, max: MAX_OFFSET };
-    all.push(Parameter { name: "offset_rad".into(), start: 0.0, bounds, scale: Scale::Linear, prior: None });
+    all.push(Parameter {
+        name: "offset_rad".into(),
+        start: 0.0,
+        bounds,
+        scale: ParameterScale::Linear,
+        prior: None,
+    });
     all
 }
 

@@ -21,7 +21,7 @@ use crate::number::{Dual, Real};
 pub use backdrive::{HoldingRange, holding_range};
 pub use bristle::Bristles;
 pub use capstan::Capstan;
-pub use learned::{LearnedMap, Rising};
+pub use learned::{LearnedMap, Monotonicity};
 pub use load::LoadDependent;
 pub use steady::{CoulombViscous, DirectedStribeck, PiecewiseLinear, SymmetricStribeck};
 
@@ -187,7 +187,7 @@ impl Law {
             LEARNED_MAP => LearnedMap::of_speeds(velocity).map(Self::LearnedMap),
             RISING_MAP => {
                 let map = LearnedMap::of_speeds(velocity)?;
-                Ok(Self::LearnedMap(map.rising(Rising::WithSpeed)))
+                Ok(Self::LearnedMap(map.rising(Monotonicity::WithSpeed)))
             }
             _ => Self::named(name),
         }

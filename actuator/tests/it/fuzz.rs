@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hysteron_actuator::{Bridge, CatalogueDrive, DriveState, Load};
+use hysteron_actuator::{Bridge, CatalogueDrive, DriveLoad, DriveState};
 use hysteron_fuzz::text::{slipped, slips};
 use hysteron_fuzz::{assert_in_house_form, drive};
 
@@ -15,7 +15,7 @@ fn turned(text: &str) {
         Ok(read) => {
             let mut state = DriveState::resting(0.0, read.drive.winding.reference);
             for _ in 0..5 {
-                read.drive.step(&mut state, Bridge::Driven(1.0), Load::torque(0.0), 1e-3);
+                read.drive.step(&mut state, Bridge::Driven(1.0), DriveLoad::torque(0.0), 1e-3);
             }
             assert!([state.angle, state.velocity].iter().all(|x| x.is_finite()), "{state:?}");
             CatalogueDrive::parse(&String::from(read)).unwrap();

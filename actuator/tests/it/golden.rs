@@ -1,6 +1,6 @@
 //! A virtual servo does to the last bit what it did before it became a preset of the drive that others are.
 
-use hysteron_actuator::{Gains, Load, Servo, ServoCommand, ServoSpec, Stribeck};
+use hysteron_actuator::{DriveLoad, Gains, Servo, ServoCommand, ServoSpec, Stribeck};
 use hysteron_base::file;
 
 /// SHA-256 over angle, speed, reference, PWM, current and temperature of every step, little endian. Made by this test at
@@ -31,7 +31,7 @@ fn virtual_servo_keeps_its_bytes() {
             gains: Gains { p: 640, i: if k > 4000 { 300 } else { 0 }, d: 4000 },
             pwm_limit: if k > 5000 { 0.3 } else { 1.0 },
         };
-        servo.step(&command, Load::torque(-0.2 * (0.01 * f64::from(k)).sin()), 1e-3);
+        servo.step(&command, DriveLoad::torque(-0.2 * (0.01 * f64::from(k)).sin()), 1e-3);
         let (state, reference) = (&servo.state, servo.position_loop.reference);
         let temperature = state.winding_temperature;
         for x in [state.angle, state.velocity, reference, servo.duty, state.current, temperature] {

@@ -1,7 +1,7 @@
 //! A servo on its own: profile, droop, stall, standstill, heat.
 
 use hysteron_actuator::{
-    Drive, Gains, Load, NOMINAL_VOLTAGE, Servo, ServoCommand, ServoSpec, Stribeck, TICKS_PER_TURN,
+    Drive, DriveLoad, Gains, NOMINAL_VOLTAGE, Servo, ServoCommand, ServoSpec, Stribeck, TICKS_PER_TURN,
 };
 use std::f64::consts::TAU;
 
@@ -34,7 +34,7 @@ fn on(goal: i32) -> ServoCommand {
 
 fn run(servo: &mut Servo, command: &ServoCommand, load: f64, seconds: f64) {
     for _ in 0..(seconds / H).round() as usize {
-        servo.step(command, Load::torque(load), H);
+        servo.step(command, DriveLoad::torque(load), H);
     }
 }
 
@@ -59,7 +59,7 @@ fn profile_is_a_trapezoid() {
     let mut arrival = f64::NAN;
     for k in 0..3000 {
         let before = servo.position_loop.reference;
-        servo.step(&command, Load::torque(0.0), H);
+        servo.step(&command, DriveLoad::torque(0.0), H);
         fastest = fastest.max((servo.position_loop.reference - before) / H);
         if arrival.is_nan() && (servo.position_loop.reference - std::f64::consts::PI).abs() < 1e-12 {
             arrival = (k + 1) as f64 * H;
@@ -96,7 +96,7 @@ fn profile_is_the_closed_form_all_the_way() {
         let (mut before, mut fastest) = (0.0, 0.0f64);
         for k in 1..=3000 {
             let at = servo.position_loop.reference;
-            servo.step(&command, Load::torque(0.0), H);
+            servo.step(&command, DriveLoad::torque(0.0), H);
             let now = (servo.position_loop.reference - at) / H;
             let exact = trapezoid(H * f64::from(k), way.abs(), speed, acceleration).copysign(way);
             // Whole steps at every change of the acceleration: half a step each at the start and on the way down, and the last one.
@@ -129,7 +129,7 @@ fn errors_within_the_dead_band_move_nothing() {
 fn profile_without_acceleration_has_its_speed_at_once() {
     let mut servo = servo_with(0.06, 0.08);
     let command = ServoCommand { profile_velocity: 1.0, ..on(-652) };
-    servo.step(&command, Load::torque(0.0), H);
+    servo.step(&command, DriveLoad::torque(0.0), H);
     assert!((servo.position_loop.reference + H).abs() < 1e-12);
     run(&mut servo, &command, 0.0, 1.1);
     assert_eq!(servo.position_loop.reference, -652.0 / TICKS_PER_TURN * TAU);
@@ -182,7 +182,7 @@ fn stalled_motor_warms_by_its_losses() {
     let seconds = 20.0;
     // Held from outside: the load follows the torque.
     for _ in 0..(seconds / H) as usize {
-        servo.step(&command, Load::torque(-1.42), H);
+        servo.step(&command, DriveLoad::torque(-1.42), H);
     }
     let power = NOMINAL_VOLTAGE * 1.3;
     let (c, r) = (40.0, 8.0);

@@ -2,8 +2,8 @@
 
 use hysteron_actuator::law::{Capstan, Law, holding_range};
 use hysteron_actuator::{
-    Bridge, Drive, DriveState, FrictionLaw, Gear, Guide, Load, LoopSpec, Motor, Supply, Tendon, TendonSpec,
-    TendonTrial, Winding,
+    Bridge, Drive, DriveLoad, DriveState, FrictionLaw, Gear, Guide, LoopSpec, Motor, Supply, TendonModel,
+    TendonSpec, TendonTrial, Winding,
 };
 use proptest::prelude::*;
 
@@ -12,15 +12,21 @@ const LENGTH: f64 = 0.01;
 /// Stiffness that slack segments keep where statuses cycle, times the largest stretch here [N].
 const TRACE: f64 = 2e-6;
 
-fn tendon(friction: f64) -> Tendon {
+fn tendon(friction: f64) -> TendonModel {
     tendon_of(friction, FrictionLaw::Coulomb)
 }
 
-fn tendon_of(friction: f64, law: FrictionLaw) -> Tendon {
+fn tendon_of(friction: f64, law: FrictionLaw) -> TendonModel {
     let mut rest_lengths = vec![LENGTH; M];
     rest_lengths[0] = 0.3;
-    Tendon::new(TendonSpec { rest_lengths, axial_stiffness: 5000.0, friction, friction_force: 0.01, law })
-        .unwrap()
+    TendonModel::new(TendonSpec {
+        rest_lengths,
+        axial_stiffness: 5000.0,
+        friction,
+        friction_force: 0.01,
+        law,
+    })
+    .unwrap()
 }
 
 fn wraps() -> Vec<f64> {
@@ -28,7 +34,7 @@ fn wraps() -> Vec<f64> {
 }
 
 struct Pulled {
-    tendon: Tendon,
+    tendon: TendonModel,
     trial: TendonTrial,
     lengths: Vec<f64>,
     work: f64,
@@ -83,7 +89,7 @@ fn one_law_holds_as_much_in_a_joint_as_at_a_guide() {
     let drive = Drive { motor, supply, winding: Winding::COLD, gear, position_loop: LoopSpec::XL430 };
     let turned = |duty: f64| {
         let mut state = DriveState::resting(0.0, 25.0);
-        drive.step(&mut state, Bridge::Driven(duty), Load::torque(-behind), 1e-3);
+        drive.step(&mut state, Bridge::Driven(duty), DriveLoad::torque(-behind), 1e-3);
         state.angle
     };
     assert_eq!(turned(1.0 - 1e-6), 0.0);
@@ -219,7 +225,7 @@ fn tendon_rejects_guides_without_friction_force() {
     let reject = |change: fn(&mut TendonSpec)| {
         let mut spec = TendonSpec { friction_force: 0.1, ..spec.clone() };
         change(&mut spec);
-        Tendon::new(spec).unwrap_err().place
+        TendonModel::new(spec).unwrap_err().place
     };
     assert_eq!(reject(|spec| spec.friction_force = 0.0), "tendon.friction_force");
     assert_eq!(reject(|spec| spec.friction = -0.1), "tendon.friction");
@@ -259,7 +265,7 @@ proptest! {
 
 /// A random walk of pulled length and tendon lengths; after each step the friction of guide j must be within
 /// its bound, and the work done on the guides must not fall below what their elements can hold.
-fn wander(law: FrictionLaw, friction: f64, seed: u64) -> (Tendon, usize) {
+fn wander(law: FrictionLaw, friction: f64, seed: u64) -> (TendonModel, usize) {
     let mut tendon = tendon_of(friction, law);
     let mut trial = tendon.trial();
     let mut state = seed;

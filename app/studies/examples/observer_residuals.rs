@@ -13,7 +13,7 @@ use hysteron_arm::datasets::kuka_arm;
 use hysteron_arm::detection::FreeMotion;
 use hysteron_arm::identify::{BodyOptions, JointMotion, identify_bodies};
 use hysteron_arm::observer::{FrictionModel, MomentumObserver, RigidBody, estimate};
-use hysteron_arm::{Columns, ImportOptions, Model, Quantity, Recorded, import};
+use hysteron_arm::{ColumnMap, ImportOptions, Model, Quantity, Recorded, import};
 use hysteron_base::{Metadata, Recording, json};
 use hysteron_fuzz::data_folder;
 use hysteron_studies::estimation::{KnownArm, TERMS};
@@ -103,8 +103,11 @@ impl Measured {
 }
 
 fn read(path: &Path, columns: &str, rate: Option<f64>) -> Fallible<Recording> {
-    let options =
-        ImportOptions { columns: Some(Columns::named(columns)?), rate_hz: rate, ..ImportOptions::default() };
+    let options = ImportOptions {
+        columns: Some(ColumnMap::named(columns)?),
+        rate_hz: rate,
+        ..ImportOptions::default()
+    };
     Ok(import(path, &options, Metadata::default())?.recording)
 }
 

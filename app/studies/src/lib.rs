@@ -13,7 +13,7 @@ mod simulated;
 use std::path::Path;
 
 use hysteron_base::{BadInput, file, json};
-use hysteron_learn::{Error, Progress, Result};
+use hysteron_learn::{Error, Result, TrainingProgress};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -32,7 +32,7 @@ pub struct StudyProgress<'a> {
     /// Cells done, and in all.
     pub done: [usize; 2],
     /// Within the cell's training; none when the cell begins or is over.
-    pub training: Option<Progress>,
+    pub training: Option<TrainingProgress>,
 }
 
 /// Gets the progress; ends the study where it returns false.

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use hysteron_base::{BadInput, json};
-use hysteron_learn::{Activation, Result, Session};
+use hysteron_learn::{Activation, Result, TrainingSession};
 use serde::{Deserialize, Serialize};
 
 use super::{Listener, StudyProgress, cell, make_folder};
@@ -283,10 +283,10 @@ fn learned(
             squares: 0,
         };
         let state = folder.join(format!("{key}-{member}.state"));
-        let mut progress = |training: &hysteron_learn::Progress| {
+        let mut progress = |training: &hysteron_learn::TrainingProgress| {
             listener(&StudyProgress { cell: name, done, training: Some(*training) })
         };
-        let mut session = Session { file: Some(&state), progress: &mut progress };
+        let mut session = TrainingSession { file: Some(&state), progress: &mut progress };
         let found = train(&shape, [&training, &evaluated], &options.training, member, &mut session)?;
         if !found.is_finished {
             return Ok(None);

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
 
 use hysteron_base::parallel;
-use hysteron_learn::{Progress, Result};
+use hysteron_learn::{Result, TrainingProgress};
 
 use crate::{Listener, StudyProgress};
 
@@ -16,12 +16,13 @@ use crate::{Listener, StudyProgress};
 const THREADS_OF_A_CELL: usize = 2;
 
 /// Computes a cell by its number, and reports its training; None where that was ended.
-pub type Compute<'a, R> = &'a (dyn Fn(usize, &mut dyn FnMut(&Progress) -> bool) -> Result<Option<R>> + Sync);
+pub type Compute<'a, R> =
+    &'a (dyn Fn(usize, &mut dyn FnMut(&TrainingProgress) -> bool) -> Result<Option<R>> + Sync);
 
 /// Message of a thread about its cell.
 enum Report<R> {
     Begun,
-    Training(Progress),
+    Training(TrainingProgress),
     Over(Result<Option<R>>),
 }
 
@@ -113,7 +114,7 @@ mod tests {
     use super::*;
 
     const NAMES: [&str; 5] = ["a", "b", "c", "d", "e"];
-    const STEP: Progress = Progress::Step { epoch: 0, done: 0, of: 1 };
+    const STEP: TrainingProgress = TrainingProgress::Step { epoch: 0, done: 0, of: 1 };
 
     fn three() -> NonZeroUsize {
         NonZeroUsize::new(3).unwrap()
@@ -123,7 +124,7 @@ mod tests {
     fn as_many_cells_as_asked_for_are_at_work_and_come_in_order() {
         // The first three wait for each other: fewer at a time would never end.
         let together = Barrier::new(3);
-        let compute = |k: usize, tell: &mut dyn FnMut(&Progress) -> bool| {
+        let compute = |k: usize, tell: &mut dyn FnMut(&TrainingProgress) -> bool| {
             if k < 3 {
                 together.wait();
             }
@@ -146,7 +147,7 @@ mod tests {
 
     #[test]
     fn a_listener_and_an_error_end_what_is_at_work() {
-        let forever = |_: usize, tell: &mut dyn FnMut(&Progress) -> bool| {
+        let forever = |_: usize, tell: &mut dyn FnMut(&TrainingProgress) -> bool| {
             while tell(&STEP) {}
             Ok(None::<()>)
         };
@@ -157,7 +158,7 @@ mod tests {
         };
         assert!(side_by_side(three(), &NAMES, &mut listener, &forever).unwrap().is_none());
 
-        let fails = |k: usize, tell: &mut dyn FnMut(&Progress) -> bool| match k {
+        let fails = |k: usize, tell: &mut dyn FnMut(&TrainingProgress) -> bool| match k {
             1 => Err(BadInput::new("b", "a cell", "none").into()),
             _ => forever(k, tell),
         };

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use hysteron_base::{json, rng};
-use hysteron_learn::{Activation, Result, Session};
+use hysteron_learn::{Activation, Result, TrainingSession};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
@@ -157,7 +157,7 @@ impl SimulatedStudy {
         (variant, seed, all): (Variant, u64, &Samples),
         tests: &Sets,
         model: &Path,
-        session: &mut Session<'_>,
+        session: &mut TrainingSession<'_>,
     ) -> Result<Option<SimulatedRow>> {
         let n = all.n_joints;
         let [training, validation] = split(all, seed);
@@ -245,10 +245,10 @@ impl SimulatedStudy {
                     });
                     let state = folder.join(format!("{name}.state"));
                     let row = cell(folder, &name, &identity, || {
-                        let mut progress = |training: &hysteron_learn::Progress| {
+                        let mut progress = |training: &hysteron_learn::TrainingProgress| {
                             listener(&StudyProgress { cell: &name, done, training: Some(*training) })
                         };
-                        let mut session = Session { file: Some(&state), progress: &mut progress };
+                        let mut session = TrainingSession { file: Some(&state), progress: &mut progress };
                         let model = folder.join(format!("{name}.safetensors"));
                         self.row((*variant, seed, all), tests, &model, &mut session)
                     })?;

@@ -1,7 +1,7 @@
 //! The exciting trajectory whose regressor has the smallest condition number, within all limits.
 
 use hysteron_base::{BadInput, Bounds, rng};
-use hysteron_fit::{GlobalMethod, GlobalOptions, Parameter, Scale, search_globally};
+use hysteron_fit::{GlobalMethod, GlobalOptions, Parameter, ParameterScale, search_globally};
 use rand::RngExt as _;
 
 use super::{Fourier, Information, MotionLimits, torque_use};
@@ -66,7 +66,7 @@ pub fn exciting_trajectory(
             name: format!("number {k}"),
             start: 0.5,
             bounds: if k % n == 0 { Bounds { min: 0.0, max: 1.0 } } else { Bounds { min: -1.0, max: 1.0 } },
-            scale: Scale::Linear,
+            scale: ParameterScale::Linear,
             prior: None,
         })
         .collect();

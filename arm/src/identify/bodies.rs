@@ -5,7 +5,7 @@
 //! believed. Newton's method solves it. No semidefinite solver is needed.
 
 use hysteron_base::BadInput;
-use hysteron_fit::Spread;
+use hysteron_fit::ResidualVariance;
 use nalgebra::{DMatrix, DVector, Matrix4};
 
 use super::motion::{JointMotion, rms_left};
@@ -208,7 +208,7 @@ fn spreads(columns: &Columns, motion: &JointMotion, parameters: &DVector<f64>) -
     let of = |j: usize| {
         let errors =
             (0..motion.n_samples()).map(|s| torques[s * n + j] - motion.tau[s * n + j]).collect::<Vec<f64>>();
-        Spread::new(&[errors], columns.terms.len()).variance.max(SMALLEST_VARIANCE)
+        ResidualVariance::new(&[errors], columns.terms.len()).variance.max(SMALLEST_VARIANCE)
     };
     (0..n).map(of).collect()
 }

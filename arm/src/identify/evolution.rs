@@ -5,7 +5,7 @@
 //! bounds as wide as the body rather than as its nominal numbers.
 
 use hysteron_base::{BadInput, Bounds};
-use hysteron_fit::{GlobalOptions, Parameter, Scale, search_globally};
+use hysteron_fit::{GlobalOptions, Parameter, ParameterScale, search_globally};
 use nalgebra::DVector;
 
 use super::bodies::BodyOptions;
@@ -91,7 +91,7 @@ fn genes(model: &Model, terms: &[JointTerm], normals: &[Normal]) -> Vec<Paramete
             name,
             start: 0.5 * (min + max),
             bounds: Bounds { min, max },
-            scale: Scale::Linear,
+            scale: ParameterScale::Linear,
             prior: None,
         }
     };

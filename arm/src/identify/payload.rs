@@ -1,7 +1,7 @@
 //! A body that an identified arm carries, from what its torques are beyond those of the bare arm.
 
 use hysteron_base::BadInput;
-use hysteron_fit::Spread;
+use hysteron_fit::ResidualVariance;
 use nalgebra::{DMatrix, DVector, SMatrix};
 
 use super::bodies::{BodyFit, Determined, TermEstimate};
@@ -69,7 +69,7 @@ pub fn identify_payload(bare: &BodyFit, frame: &str, motion: &JointMotion) -> Re
     let spreads: Vec<f64> = (0..n)
         .map(|j| {
             let series = rest.iter().skip(j).step_by(n).copied().collect();
-            Spread::new(&[series], 10 / n + 1).variance.max(SMALLEST_VARIANCE)
+            ResidualVariance::new(&[series], 10 / n + 1).variance.max(SMALLEST_VARIANCE)
         })
         .collect();
     let (_, curvature) = minimum(&columns, &without, &spreads, found)?;

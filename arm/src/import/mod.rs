@@ -11,8 +11,8 @@ use std::path::Path;
 use hysteron_actuator::CatalogueDrive;
 use hysteron_base::checks::check_joint_units;
 use hysteron_base::import::{Assembled, Request, read};
-pub use hysteron_base::import::{BadRows, Columns, POSITION_GAIN};
-use hysteron_base::{BadInput, Filter, Metadata, Recording, Result};
+pub use hysteron_base::import::{BadRows, ColumnMap, POSITION_GAIN};
+use hysteron_base::{BadInput, Metadata, Recording, Result, RowFilter};
 
 use crate::{Model, Recorded};
 pub use drive::CURRENTS_BY;
@@ -32,11 +32,11 @@ pub enum UnitCheck {
 #[derive(Debug, Clone, Default)]
 pub struct ImportOptions<'a> {
     /// Meaning of the columns; found among the built-in maps where there is none.
-    pub columns: Option<Columns>,
+    pub columns: Option<ColumnMap>,
     /// Rate of the recording; that of the file where there is none [Hz].
     pub rate_hz: Option<f64>,
     /// The rows to read.
-    pub filter: Option<Filter>,
+    pub filter: Option<RowFilter>,
     /// Treatment of rows that cannot be read.
     pub bad_rows: BadRows,
     /// Known properties of the arm.

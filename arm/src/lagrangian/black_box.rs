@@ -3,12 +3,12 @@
 //! Lagrangian ℒ(q, q̇): with a = (q̇, q̈), b = (0, w), c = (w, 0) as directions of (q, q̇), τ = ∂_q̇ D_a ℒ − ∂_q ℒ (a held
 //! constant) and wᵀ τ = D_a D_b ℒ − D_c ℒ. Hamiltonian ℋ(q, p): τ = ṗ + ∂_q ℋ, q̇ = ∂_p ℋ. Feed-forward: τ = f(q, q̇, q̈).
 
-use hysteron_learn::{ByParameters, Mlp, MlpTape, Real};
+use hysteron_learn::{ByParameters, Float, Mlp, MlpTape};
 
 use super::block::{Block, Term};
 
 /// Features, then further columns, row by row.
-fn join<T: Real>(features: &[T], width: usize, columns: &[(&[T], &[T])], out: &mut Vec<T>) {
+fn join<T: Float>(features: &[T], width: usize, columns: &[(&[T], &[T])], out: &mut Vec<T>) {
     out.clear();
     for (row, features) in features.chunks_exact(width).enumerate() {
         out.extend_from_slice(features);
@@ -28,7 +28,7 @@ struct Speeds<T> {
     has_products: bool,
 }
 
-impl<T: Real> Speeds<T> {
+impl<T: Float> Speeds<T> {
     /// Calls with i, j and 1/(σ_i σ_j) of every product.
     fn products(&self, mut call: impl FnMut(usize, usize, T)) {
         let n = if self.has_products { self.per_speed.len() } else { 0 };
@@ -78,7 +78,7 @@ struct Energy<T> {
     zeros: Vec<T>,
 }
 
-impl<T: Real> Energy<T> {
+impl<T: Float> Energy<T> {
     fn new(mlp: &Mlp, (speeds, has_products): (&[f64], bool), scale: f64) -> Self {
         let [inputs, along, cotangents, zeros] = std::array::from_fn(|_| Vec::new());
         let per_speed = speeds.iter().map(|s| T::of(1.0 / s)).collect();
@@ -131,13 +131,13 @@ impl<T: Real> Energy<T> {
 #[derive(Debug)]
 pub(crate) struct BlackBoxLagrangian<T>(Energy<T>);
 
-impl<T: Real> BlackBoxLagrangian<T> {
+impl<T: Float> BlackBoxLagrangian<T> {
     pub fn new(mlp: &Mlp, speeds: &[f64], scale: f64) -> Self {
         Self(Energy::new(mlp, (speeds, false), scale))
     }
 }
 
-impl<T: Real> Term<T> for BlackBoxLagrangian<T> {
+impl<T: Float> Term<T> for BlackBoxLagrangian<T> {
     fn prepare(&mut self, parameters: &[T]) {
         self.0.tape.prepare(parameters);
     }
@@ -176,14 +176,14 @@ impl<T: Real> Term<T> for BlackBoxLagrangian<T> {
 #[derive(Debug)]
 pub(crate) struct BlackBoxHamiltonian<T>(Energy<T>);
 
-impl<T: Real> BlackBoxHamiltonian<T> {
+impl<T: Float> BlackBoxHamiltonian<T> {
     /// It sees the products of every two momenta where it `has_products`.
     pub fn new(mlp: &Mlp, (momenta, has_products): (&[f64], bool), scale: f64) -> Self {
         Self(Energy::new(mlp, (momenta, has_products), scale))
     }
 }
 
-impl<T: Real> Term<T> for BlackBoxHamiltonian<T> {
+impl<T: Float> Term<T> for BlackBoxHamiltonian<T> {
     fn prepare(&mut self, parameters: &[T]) {
         self.0.tape.prepare(parameters);
     }
@@ -228,7 +228,7 @@ pub(crate) struct FeedForward<T> {
     inputs: Vec<T>,
 }
 
-impl<T: Real> FeedForward<T> {
+impl<T: Float> FeedForward<T> {
     pub fn new(mlp: &Mlp, [speeds, accelerations, torques]: [&[f64]; 3]) -> Self {
         let inverse = |values: &[f64]| values.iter().map(|v| T::of(1.0 / v)).collect();
         Self {
@@ -241,7 +241,7 @@ impl<T: Real> FeedForward<T> {
     }
 }
 
-impl<T: Real> Term<T> for FeedForward<T> {
+impl<T: Float> Term<T> for FeedForward<T> {
     fn prepare(&mut self, parameters: &[T]) {
         self.tape.prepare(parameters);
     }

@@ -1,6 +1,6 @@
 //! A few samples side by side, as networks see them.
 
-use hysteron_learn::{ByParameters, Real};
+use hysteron_learn::{ByParameters, Float};
 
 /// Form in which a coordinate enters a network.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,7 +108,7 @@ pub(crate) struct Block<T> {
     slopes: Vec<T>,
 }
 
-impl<T: Real> Block<T> {
+impl<T: Float> Block<T> {
     pub fn new(inputs: Features) -> Self {
         let [v, a, features, slopes] = std::array::from_fn(|_| Vec::new());
         Self { n_joints: inputs.coordinates.len(), n_rows: 0, inputs, v, a, features, slopes }

@@ -1,7 +1,7 @@
 //! A positive definite matrix from a network: a factor of it that is a Cholesky factor with positive diagonal
 //! and, next to it, dense columns, with tangents and reverse pass.
 
-use hysteron_learn::{Activation, ByParameters, Mlp, MlpTape, Real};
+use hysteron_learn::{Activation, ByParameters, Float, Mlp, MlpTape};
 
 use super::side::{Form, SIDE, Side, of_row};
 
@@ -33,7 +33,7 @@ pub(crate) fn packed(n: usize, squares: usize) -> usize {
     Form { n, squares }.len()
 }
 
-impl<T: Real> Factor<T> {
+impl<T: Float> Factor<T> {
     /// `scale` holds d_i of every joint; the outputs of the network are the elements.
     pub fn new(mlp: &Mlp, scale: &[f64]) -> Self {
         let n = scale.len();

@@ -1,6 +1,6 @@
 //! Friction with the effect of Stribeck, learned with the energies: (6) with the sign of the motor's side.
 
-use hysteron_learn::{Activation, ByParameters, Real};
+use hysteron_learn::{Activation, ByParameters, Float};
 
 use super::block::{Block, Term};
 
@@ -19,7 +19,7 @@ pub(crate) struct Friction<T> {
     torque: Vec<T>,
 }
 
-impl<T: Real> Friction<T> {
+impl<T: Float> Friction<T> {
     pub fn new(speeds: &[f64], torques: &[f64]) -> Self {
         Self {
             per_speed: speeds.iter().map(|v| T::of(1.0 / v)).collect(),
@@ -37,7 +37,7 @@ impl<T: Real> Friction<T> {
     }
 }
 
-impl<T: Real> Term<T> for Friction<T> {
+impl<T: Float> Term<T> for Friction<T> {
     fn prepare(&mut self, _: &[T]) {}
 
     fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {

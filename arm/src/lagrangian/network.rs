@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use hysteron_base::BadInput;
 use hysteron_learn::ridge::NormalEquations;
-use hysteron_learn::{Activation, ByParameters, Mlp, Real};
+use hysteron_learn::{Activation, ByParameters, Float, Mlp};
 use serde::{Deserialize, Serialize};
 
 use super::black_box::{BlackBoxHamiltonian, BlackBoxLagrangian, FeedForward};
@@ -357,11 +357,11 @@ impl NetworkShape {
     }
 
     /// The term of a structured Lagrangian.
-    pub(crate) fn structured<T: Real>(&self) -> StructuredLagrangian<T> {
+    pub(crate) fn structured<T: Float>(&self) -> StructuredLagrangian<T> {
         StructuredLagrangian::new(&self.energies(), &self.energy_scales())
     }
 
-    pub(crate) fn term<T: Real>(&self, kind: Kind) -> Box<dyn Term<T>> {
+    pub(crate) fn term<T: Float>(&self, kind: Kind) -> Box<dyn Term<T>> {
         let Scales { speeds, accelerations, torques, energy, .. } = &self.scales;
         match kind {
             Kind::StructuredLagrangian => Box::new(self.structured()),
@@ -412,7 +412,7 @@ pub(crate) struct Targets<'a> {
 
 impl Targets<'_> {
     /// Calls `work` with every error of outputs ([row][output]) and its weight.
-    fn errors<T: Real>(&self, n: usize, outputs: &[T], rows: &[usize], mut work: impl FnMut(f64, f64)) {
+    fn errors<T: Float>(&self, n: usize, outputs: &[T], rows: &[usize], mut work: impl FnMut(f64, f64)) {
         for (outputs, row) in outputs.chunks_exact(self.weights.len()).zip(rows) {
             let kinds = outputs.chunks_exact(n).zip(self.values).zip(self.weights.chunks_exact(n));
             for ((outputs, values), weights) in kinds {
@@ -425,7 +425,7 @@ impl Targets<'_> {
     }
 }
 
-impl<T: Real> Evaluator<T> {
+impl<T: Float> Evaluator<T> {
     pub fn new(shape: &NetworkShape) -> Self {
         let terms: Vec<_> =
             shape.layout().into_iter().map(|(kind, range)| (kind, range, shape.term(kind))).collect();

@@ -1,6 +1,6 @@
 //! The loss of a model on samples and its gradient, on all threads.
 
-use hysteron_learn::{ByParameters, LeastSquares, Objective, Real};
+use hysteron_learn::{ByParameters, Float, LeastSquares, Objective};
 use rayon::prelude::*;
 
 use super::block::Motion;
@@ -56,7 +56,7 @@ fn known_motion<'a>(samples: &'a Samples, variant: Variant, numbers: &'a [[f64; 
     Motion { series: motion(samples, variant), numbers: Some(numbers) }
 }
 
-impl<'a, T: Real> TorqueObjective<'a, T> {
+impl<'a, T: Float> TorqueObjective<'a, T> {
     /// `penalty` is λ of (10).
     pub fn new(
         shape: &'a NetworkShape,
@@ -99,7 +99,7 @@ impl<'a, T: Real> TorqueObjective<'a, T> {
 }
 
 /// The sum of the gradients of all lanes, in their order.
-fn sum_up<T: Real>(of_lanes: &[Vec<T>], sum: &mut [T]) {
+fn sum_up<T: Float>(of_lanes: &[Vec<T>], sum: &mut [T]) {
     let Some((first, rest)) = of_lanes.split_first() else { return };
     let chunks = sum.par_chunks_mut(SUMMED).zip(first.par_chunks(SUMMED)).enumerate();
     chunks.for_each(|(k, (sum, first))| {
@@ -110,7 +110,7 @@ fn sum_up<T: Real>(of_lanes: &[Vec<T>], sum: &mut [T]) {
     });
 }
 
-impl<T: Real> Objective<T> for TorqueObjective<'_, T> {
+impl<T: Float> Objective<T> for TorqueObjective<'_, T> {
     fn n_samples(&self) -> usize {
         self.training.len()
     }

@@ -5,7 +5,7 @@
 //! those rows. What stands in the places of rows that the last group lacks is nobody's.
 
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
-use hysteron_learn::Real;
+use hysteron_learn::Float;
 
 /// Rows of a group.
 pub(super) const SIDE: usize = 16;
@@ -17,7 +17,7 @@ pub(super) type Side<T> = [T; SIDE];
 type Pair<'a, T> = (&'a [Side<T>], &'a [Side<T>]);
 
 /// Writes `values` ([row][`width`]) side by side.
-pub(super) fn put_side_by_side<T: Real>(values: &[T], width: usize, out: &mut Vec<Side<T>>) {
+pub(super) fn put_side_by_side<T: Float>(values: &[T], width: usize, out: &mut Vec<Side<T>>) {
     out.clear();
     for rows in values.chunks(SIDE * width) {
         let begin = out.len();
@@ -74,19 +74,19 @@ impl Form {
     }
 
     /// out = Σ Lᵀ v over pairs (L, v): [group][column].
-    pub fn transposed_times<T: Real, const N: usize>(self, pairs: [Pair<'_, T>; N], out: &mut Vec<Side<T>>) {
+    pub fn transposed_times<T: Float, const N: usize>(self, pairs: [Pair<'_, T>; N], out: &mut Vec<Side<T>>) {
         out.resize(pairs[0].1.len() / self.n * self.width(), [T::default(); SIDE]);
         Isa::detect().run(TransposedTimes { form: self, pairs, out });
     }
 
     /// out = Σ L u over pairs (L, u): [group][row of L].
-    pub fn times<T: Real, const N: usize>(self, pairs: [Pair<'_, T>; N], out: &mut Vec<Side<T>>) {
+    pub fn times<T: Float, const N: usize>(self, pairs: [Pair<'_, T>; N], out: &mut Vec<Side<T>>) {
         out.resize(pairs[0].1.len() / self.width() * self.n, [T::default(); SIDE]);
         Isa::detect().run(Times { form: self, pairs, out });
     }
 
     /// The derivatives of Σ wᵀ L u over pairs (w, u) by the elements of L: [group][element].
-    pub fn outer_products<T: Real, const N: usize>(self, pairs: [Pair<'_, T>; N], by_l: &mut Vec<Side<T>>) {
+    pub fn outer_products<T: Float, const N: usize>(self, pairs: [Pair<'_, T>; N], by_l: &mut Vec<Side<T>>) {
         by_l.resize(pairs[0].0.len() / self.n * self.len(), [T::default(); SIDE]);
         Isa::detect().run(OuterProducts { form: self, pairs, by_l });
     }
@@ -98,7 +98,7 @@ struct TransposedTimes<'a, T, const N: usize> {
     out: &'a mut [Side<T>],
 }
 
-impl<T: Real, const N: usize> WithSimd for TransposedTimes<'_, T, N> {
+impl<T: Float, const N: usize> WithSimd for TransposedTimes<'_, T, N> {
     type Output = ();
 
     #[inline(always)]
@@ -124,7 +124,7 @@ struct Times<'a, T, const N: usize> {
     out: &'a mut [Side<T>],
 }
 
-impl<T: Real, const N: usize> WithSimd for Times<'_, T, N> {
+impl<T: Float, const N: usize> WithSimd for Times<'_, T, N> {
     type Output = ();
 
     #[inline(always)]
@@ -149,7 +149,7 @@ struct OuterProducts<'a, T, const N: usize> {
     by_l: &'a mut [Side<T>],
 }
 
-impl<T: Real, const N: usize> WithSimd for OuterProducts<'_, T, N> {
+impl<T: Float, const N: usize> WithSimd for OuterProducts<'_, T, N> {
     type Output = ();
 
     #[inline(always)]
@@ -185,7 +185,7 @@ fn part<V>(values: &[V], group: usize, len: usize) -> &[V] {
 
 /// sum += a b, number by number.
 #[inline(always)]
-fn add_products<T: Real>(sum: &mut Side<T>, a: &Side<T>, b: &Side<T>) {
+fn add_products<T: Float>(sum: &mut Side<T>, a: &Side<T>, b: &Side<T>) {
     for k in 0..SIDE {
         sum[k] += a[k] * b[k];
     }

@@ -14,7 +14,7 @@
 //!
 //! whose derivatives by L, L̇ and L_w are outer products: one reverse pass through value and two tangents.
 
-use hysteron_learn::{ByParameters, Mlp, MlpTape, Real};
+use hysteron_learn::{ByParameters, Float, Mlp, MlpTape};
 
 use super::block::{Block, Term};
 use super::factor::Factor;
@@ -29,7 +29,7 @@ struct Potential<T> {
     cotangents: Vec<T>,
 }
 
-impl<T: Real> Potential<T> {
+impl<T: Float> Potential<T> {
     /// Adds ∂_q V to the first numbers of every row of `out` ([row][width]).
     fn add_gradient(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
         self.tape.forward(parameters, &block.features);
@@ -89,7 +89,7 @@ struct Energies<T> {
     pushed: Vec<Side<T>>,
 }
 
-impl<T: Real> Energies<T> {
+impl<T: Float> Energies<T> {
     fn new(shapes: &EnergyShapes, scales: &EnergyScales) -> Self {
         let [along, by_q] = std::array::from_fn(|_| Vec::new());
         let [v, signed_v, pulled, by_kinetic, pushed] = std::array::from_fn(|_| Vec::new());
@@ -150,7 +150,7 @@ pub(crate) struct StructuredLagrangian<T> {
     by_w: [Vec<Side<T>>; 2],
 }
 
-impl<T: Real> StructuredLagrangian<T> {
+impl<T: Float> StructuredLagrangian<T> {
     pub fn new(shapes: &EnergyShapes, scales: &EnergyScales) -> Self {
         let [a, w, accelerated] = std::array::from_fn(|_| Vec::new());
         Self { energies: Energies::new(shapes, scales), a, w, accelerated, by_w: [Vec::new(), Vec::new()] }
@@ -173,7 +173,7 @@ impl<T: Real> StructuredLagrangian<T> {
     }
 }
 
-impl<T: Real> Term<T> for StructuredLagrangian<T> {
+impl<T: Float> Term<T> for StructuredLagrangian<T> {
     fn prepare(&mut self, parameters: &[T]) {
         self.energies.prepare(parameters);
     }
@@ -229,14 +229,14 @@ pub(crate) struct StructuredHamiltonian<T> {
     pulled: Vec<Side<T>>,
 }
 
-impl<T: Real> StructuredHamiltonian<T> {
+impl<T: Float> StructuredHamiltonian<T> {
     pub fn new(shapes: &EnergyShapes, scales: &EnergyScales) -> Self {
         let [by_speed, pulled] = std::array::from_fn(|_| Vec::new());
         Self { energies: Energies::new(shapes, scales), of_w: Vec::new(), by_speed, pulled }
     }
 }
 
-impl<T: Real> Term<T> for StructuredHamiltonian<T> {
+impl<T: Float> Term<T> for StructuredHamiltonian<T> {
     fn prepare(&mut self, parameters: &[T]) {
         self.energies.prepare(parameters);
     }

@@ -2,7 +2,8 @@
 
 use hysteron_base::{BadInput, json};
 use hysteron_learn::{
-    Adam, Decay, Epoch, Lbfgs, LevenbergMarquardt, Objective, Progress, Result, Schedule, Session, minimise,
+    Adam, Decay, Epoch, Lbfgs, LevenbergMarquardt, Objective, Result, Schedule, TrainingProgress,
+    TrainingSession, minimise,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -137,7 +138,7 @@ pub fn train(
     [training, validation]: [&Samples; 2],
     options: &TrainingOptions,
     seed: u64,
-    session: &mut Session<'_>,
+    session: &mut TrainingSession<'_>,
 ) -> Result<Trained> {
     shape.check()?;
     training.check_variation()?;
@@ -172,7 +173,7 @@ fn polish(
     options: &TrainingOptions,
     seed: u64,
     trained: &mut Trained,
-    session: &mut Session<'_>,
+    session: &mut TrainingSession<'_>,
 ) {
     let mut objective = TorqueObjective::<f64>::new(shape, samples, options.weights, options.penalty);
     let mut evaluator = TorqueObjective::<f64>::new(shape, samples, options.weights, options.penalty);
@@ -195,7 +196,7 @@ fn polish(
             }
             let (number, of) = (step, options.polish);
             let epoch = Epoch { number, of, training: loss.sqrt(), validation, best: trained.validation };
-            is_going_on = (session.progress)(&Progress::Epoch(epoch));
+            is_going_on = (session.progress)(&TrainingProgress::Epoch(epoch));
         }
         is_going_on
     };

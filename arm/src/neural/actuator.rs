@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use hysteron_base::{BadInput, json};
-use hysteron_learn::{Model as _, Result, Transformer, TransformerShape, read_parameters, write_parameters};
+use hysteron_learn::{
+    Result, TrainableModel as _, Transformer, TransformerShape, read_parameters, write_parameters,
+};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 

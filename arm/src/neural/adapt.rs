@@ -5,8 +5,8 @@
 //! updates of the network. Either step is kept if it does better on the end of every trajectory, which neither has learned from.
 
 use hysteron_base::{BadInput, Bounds, json};
-use hysteron_fit::{Options, Parameter, Scale, minimum};
-use hysteron_learn::{Progress, Result, Session, Task, fit};
+use hysteron_fit::{Options, Parameter, ParameterScale, minimum};
+use hysteron_learn::{Result, TrainingProgress, TrainingSession, TrainingTask, fit};
 
 use super::actuator::NeuralActuator;
 use super::closed_loop::ClosedLoop;
@@ -42,7 +42,7 @@ impl NeuralActuator {
         &self,
         model: &Model,
         trajectories: &[Trajectory],
-        (updates, progress): (u64, &mut dyn FnMut(&Progress) -> bool),
+        (updates, progress): (u64, &mut dyn FnMut(&TrainingProgress) -> bool),
     ) -> Result<Self> {
         let simulation = self.simulation(model)?;
         let Some(servo) = &self.simulation.servo else {
@@ -60,7 +60,7 @@ impl NeuralActuator {
         let start = better.map_or_else(|| self.clone(), |(_, one)| one);
         let (options, simulation) = (options(updates), start.simulation(model)?);
         let mut task = start.task(&options, &simulation, [&known, &asked])?;
-        let mut session = Session { file: None, progress };
+        let mut session = TrainingSession { file: None, progress };
         let found = fit(&mut task, start.network.clone(), &json!({}), &mut session)?;
         Ok(Self { network: found.model, ..start })
     }
@@ -159,13 +159,13 @@ fn parameter(k: usize, start: f64, n: usize) -> Parameter {
     };
     if k > 2 * n {
         let bounds = Bounds { min: 0.0, max: HEAVIEST };
-        return Parameter { name, start, bounds, scale: Scale::Linear, prior: None };
+        return Parameter { name, start, bounds, scale: ParameterScale::Linear, prior: None };
     }
     let [least, most] = FACTORS[usize::from((n..2 * n).contains(&k))];
     // A servo may have been found without friction.
     let start = start.max(1e-3);
     let bounds = Bounds { min: least * start, max: most * start };
-    Parameter { name, start, bounds, scale: Scale::Logarithmic, prior: None }
+    Parameter { name, start, bounds, scale: ParameterScale::Logarithmic, prior: None }
 }
 
 fn options(updates: u64) -> NeuralOptions {

@@ -1,6 +1,6 @@
 //! The network in a loop with the simulated arm, forward and back through time.
 
-use hysteron_learn::{Plant, Real, TapePool, Transformer};
+use hysteron_learn::{Float, PlantBatch, TapePool, Transformer};
 
 use super::features::InputScale;
 use super::heat::Heat;
@@ -62,7 +62,7 @@ impl Arms<'_> {
     }
 
     /// The network's torques from its outputs y: limit · tanh(y/limit).
-    fn torques<T: Real>(&self, outputs: &[T]) -> Vec<f64> {
+    fn torques<T: Float>(&self, outputs: &[T]) -> Vec<f64> {
         let m = self.simulation.features().motors();
         let of_row = |row: &[T]| -> Vec<f64> {
             let limited = |(k, y): (usize, &T)| {
@@ -75,7 +75,7 @@ impl Arms<'_> {
     }
 }
 
-impl<T: Real> Plant<T> for Arms<'_> {
+impl<T: Float> PlantBatch<T> for Arms<'_> {
     fn rows(&self) -> usize {
         self.segments.len()
     }
@@ -137,7 +137,7 @@ impl<T: Real> Plant<T> for Arms<'_> {
     }
 }
 
-impl<'a, T: Real> ClosedLoop<'a, T> {
+impl<'a, T: Float> ClosedLoop<'a, T> {
     /// Rollouts of `horizon` steps along `segments`, on a tape from `tapes` where there are any.
     ///
     /// # Panics

@@ -8,7 +8,7 @@ use super::features::{Features, GripperAxis};
 use crate::import::position_gain;
 use crate::{Quantity, Recorded};
 use hysteron_base::import::MAX_LEFT_OUT;
-use hysteron_base::sampling::{STEP_SCATTER, Steps};
+use hysteron_base::sampling::{STEP_SCATTER, SampleSteps};
 
 /// One recorded trajectory at a fixed rate. Rows are samples.
 #[derive(Debug, Clone, PartialEq)]
@@ -267,7 +267,7 @@ fn forces(recorded: &Recorded, n: usize, unlabelled: Unlabelled) -> Vec<Option<[
 }
 
 fn check_times(recording: &Recording, period: f64) -> Result<(), BadInput> {
-    let Some(steps) = Steps::of(recording.time()) else {
+    let Some(steps) = SampleSteps::of(recording.time()) else {
         return Err(BadInput::new("time_s", "two samples or more", recording.n_samples().to_string()));
     };
     let median = steps.median();

@@ -5,7 +5,8 @@ use std::path::Path;
 use hysteron_actuator::CatalogueDrive;
 use hysteron_base::{BadInput, json};
 use hysteron_learn::{
-    Block, Card, Error, FitResult, Form, Progress, Result, Session, Transformer, TransformerShape, fit,
+    BlockKind, DeviceCard, Error, FitResult, Result, TemporalForm, TrainingProgress, TrainingSession,
+    Transformer, TransformerShape, fit,
 };
 use serde::{Deserialize, Serialize};
 
@@ -42,9 +43,9 @@ pub enum Prior {
 #[serde(deny_unknown_fields)]
 pub struct ActuatorOptions {
     /// How the network in the loop meets time.
-    pub form: Form,
+    pub form: TemporalForm,
     /// How its layers are put together.
-    pub block: Block,
+    pub block: BlockKind,
     /// Numbers of a token within it; the feed-forward networks have twice as many, the heads half. Recurrent layers have the width with
     /// which the network is nearest in its number of parameters.
     pub width: usize,
@@ -75,7 +76,7 @@ impl ActuatorOptions {
     /// The network in the loop for these motors.
     pub fn shape(&self, features: &Features) -> TransformerShape {
         let published = TransformerShape::published(features.len(), &Heads::sizes(features), self.form);
-        let of = |block: Block, width: usize| TransformerShape {
+        let of = |block: BlockKind, width: usize| TransformerShape {
             width,
             layers: self.layers,
             feed_forward: 2 * width,
@@ -86,10 +87,10 @@ impl ActuatorOptions {
         };
         let step = published.attention_heads;
         let width = self.width.next_multiple_of(step);
-        if !matches!(self.block, Block::Gru | Block::Lstm) {
+        if !matches!(self.block, BlockKind::Gru | BlockKind::Lstm) {
             return of(self.block, width);
         }
-        let wanted = of(Block::GatedPreNorm, width).n_parameters();
+        let wanted = of(BlockKind::GatedPreNorm, width).n_parameters();
         let all = (1..=2 * width.div_ceil(step)).map(|k| of(self.block, k * step));
         all.min_by_key(|shape| shape.n_parameters().abs_diff(wanted)).unwrap_or_else(|| of(self.block, width))
     }
@@ -145,7 +146,7 @@ pub struct ActuatorSession<'a> {
     /// Files to go on from, of both networks.
     pub files: [&'a Path; 2],
     /// Gets the progress; ends the training where it returns false.
-    pub progress: &'a mut dyn FnMut(Stage, &Progress) -> bool,
+    pub progress: &'a mut dyn FnMut(Stage, &TrainingProgress) -> bool,
 }
 
 /// Result of a training: actuator, validation errors and learning curve.
@@ -210,11 +211,11 @@ pub fn fit_actuator(
     let currents = CurrentModel::fit(features, training)?;
     let mut task = NeuralTask::new(&options.training, (&simulation, &scale, &currents), sets)?;
     let identity = json!({
-        "shape": hysteron_learn::Model::shape(&network), "options": options.training, "simulation": simulation.options(),
+        "shape": hysteron_learn::TrainableModel::shape(&network), "options": options.training, "simulation": simulation.options(),
         "features": features, "recordings": session.recordings,
     });
-    let mut listener = |p: &Progress| (session.progress)(Stage::Loop, p);
-    let mut own = Session { file: Some(session.files[0]), progress: &mut listener };
+    let mut listener = |p: &TrainingProgress| (session.progress)(Stage::Loop, p);
+    let mut own = TrainingSession { file: Some(session.files[0]), progress: &mut listener };
     let found = fit(&mut task, network, &identity, &mut own)?;
     let steps = task.steps;
     let (mut sensing, mut sensing_validation, mut is_finished) = (None, None, found.is_finished);
@@ -263,13 +264,13 @@ pub fn fit_sensing(
 ) -> Result<(Sensing, FitResult<Transformer<f32>>)> {
     let known = IdentifiedArm::identify(arm, (features, &observers.drive, period), sets[0])?;
     let task = SensingTask::new(options, arm, (features, &known, period), sets)?;
-    let mut task = task.on(Card::first()?);
+    let mut task = task.on(DeviceCard::first()?);
     let network = Transformer::<f32>::new(&options.shape(features), options.seed)?;
     let identity = json!({
         "options": options, "features": features, "observers": observers, "recordings": session.recordings,
     });
-    let mut listener = |p: &Progress| (session.progress)(Stage::Sensing, p);
-    let mut own = Session { file: Some(session.files[1]), progress: &mut listener };
+    let mut listener = |p: &TrainingProgress| (session.progress)(Stage::Sensing, p);
+    let mut own = TrainingSession { file: Some(session.files[1]), progress: &mut listener };
     let found = fit(&mut task, network, &identity, &mut own)?;
     let sensing = Sensing { network: found.model.clone(), scale: task.scale().clone(), known };
     Ok((sensing, found))

@@ -1,7 +1,7 @@
 //! Baselines of a learned actuator.
 
 use hysteron_base::{BadInput, Bounds};
-use hysteron_fit::{Options, Parameter, Scale, least_squares};
+use hysteron_fit::{Options, Parameter, ParameterScale, least_squares};
 use hysteron_learn::ridge::NormalEquations;
 use serde::{Deserialize, Serialize};
 
@@ -234,7 +234,7 @@ fn parameters(m: usize, motors: &Motors) -> Vec<Parameter> {
         name,
         start: size * start,
         bounds: Bounds { min: size * min, max: size * max },
-        scale: Scale::Logarithmic,
+        scale: ParameterScale::Logarithmic,
         prior: None,
     };
     let stiffness = (0..m).map(|k| parameter(format!("stiffness {}", k + 1), 15.0, 1.0, 100.0));
@@ -244,7 +244,7 @@ fn parameters(m: usize, motors: &Motors) -> Vec<Parameter> {
         name: format!("load friction {}", k + 1),
         start: 0.05,
         bounds: Bounds { min: 0.0, max: MAX_LOAD_FRICTION },
-        scale: Scale::Linear,
+        scale: ParameterScale::Linear,
         prior: None,
     };
     let shares = (0..if motors.load_friction { m } else { 0 }).map(share);

@@ -7,7 +7,9 @@
 use std::collections::VecDeque;
 
 use hysteron_base::BadInput;
-use hysteron_learn::{Form, Transformer, TransformerRunner, TransformerShape, TransformerTape, WeightFormat};
+use hysteron_learn::{
+    TemporalForm, Transformer, TransformerRunner, TransformerShape, TransformerTape, WeightFormat,
+};
 use serde::{Deserialize, Serialize};
 
 use super::data::Trajectory;
@@ -62,7 +64,7 @@ impl SensingHeader {
     /// `BadInput` for sizes that do not belong together.
     pub fn check(&self, features: &Features) -> Result<(), BadInput> {
         let n = channels(features);
-        if self.shape.form != Form::Streaming {
+        if self.shape.form != TemporalForm::Streaming {
             return Err(BadInput::new("shape.form", "streaming", "windows"));
         }
         self.shape.check()?;

@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
 use hysteron_base::json;
-use hysteron_learn::{Card, Model as _, Progress, Session, Transformer, TransformerShape, fit};
+use hysteron_learn::{
+    DeviceCard, TrainableModel as _, TrainingProgress, TrainingSession, Transformer, TransformerShape, fit,
+};
 
 use super::test_motion::{Case, JOINTS, PERIOD, arm, features, trajectory};
 use super::*;
@@ -42,7 +44,7 @@ fn a_condition_that_is_wrong_and_sure_outweighs_no_force_when_the_best_network_i
         let heads = network.parameters_mut().last_mut().unwrap();
         let first = heads.len() - JOINTS;
         heads[first + Heads::new(&features).condition - (JOINTS + 4)] = bias;
-        hysteron_learn::Task::validate(&mut task, &network).unwrap()
+        hysteron_learn::TrainingTask::validate(&mut task, &network).unwrap()
     };
     let [right, wrong] = [60.0, -60.0].map(&mut loss_at);
     // All of the weight for one of two conditions; a cross-entropy would be sixty times that.
@@ -60,15 +62,15 @@ fn a_card_learns_from_the_same_samples() {
     let observers = identified_observers(&model, (&features, PERIOD), &training).unwrap();
     let known = identified(&observers, &training);
     let network = Transformer::<f32>::new(&options.shape(&features), 1).unwrap();
-    let curve = |card: Option<Card>| {
+    let curve = |card: Option<DeviceCard>| {
         let about = (&features, &known, PERIOD);
         let mut task = SensingTask::new(&options, &model, about, [&training, &training]).unwrap().on(card);
-        let mut session = Session { file: None, progress: &mut |_| true };
+        let mut session = TrainingSession { file: None, progress: &mut |_| true };
         let found = fit(&mut task, network.clone(), &json!({ "test": 3 }), &mut session).unwrap();
         found.curve[0]
     };
     let host = curve(None);
-    let card = curve(Some(Card::first().unwrap().unwrap_or_else(Card::emulated)));
+    let card = curve(Some(DeviceCard::first().unwrap().unwrap_or_else(DeviceCard::emulated)));
     // Outputs are sums of some tens of products in single precision, and so are their inputs.
     for (host, card) in host.iter().zip(card) {
         assert!((host - card).abs() < 1e-5 * host, "{host} {card}");
@@ -86,8 +88,9 @@ fn force_and_condition_are_learned_beyond_the_observer_and_training_goes_on_bit_
     let folder = tempfile::tempdir().unwrap();
     let run = |file: Option<&std::path::Path>, last: usize| {
         let mut task = SensingTask::new(&options, &model, about, [&training, &validation]).unwrap();
-        let mut progress = |p: &Progress| !matches!(p, Progress::Epoch(epoch) if epoch.number == last);
-        let mut session = Session { file, progress: &mut progress };
+        let mut progress =
+            |p: &TrainingProgress| !matches!(p, TrainingProgress::Epoch(epoch) if epoch.number == last);
+        let mut session = TrainingSession { file, progress: &mut progress };
         let found = fit(&mut task, network.clone(), &json!({ "test": 2 }), &mut session).unwrap();
         (found, task.scale().clone())
     };
@@ -177,7 +180,7 @@ fn actuator(sensing: Sensing) -> NeuralActuator {
         ..TransformerShape::published(
             features.len(),
             &Heads::sizes(&features),
-            hysteron_learn::Form::Streaming,
+            hysteron_learn::TemporalForm::Streaming,
         )
     };
     NeuralActuator {
@@ -224,7 +227,7 @@ fn a_file_holds_both_networks_and_what_does_not_belong_together_is_refused() {
     };
     let found = refused(&|sensing| sensing.known.drive.dry.truncate(3));
     assert!(found.contains("sensing: drive: dry: expected 4 finite numbers"), "{found}");
-    let window = TransformerShape { form: hysteron_learn::Form::Window, ..options.shape(&features) };
+    let window = TransformerShape { form: hysteron_learn::TemporalForm::Window, ..options.shape(&features) };
     let found = refused(&|sensing| sensing.network = Transformer::new(&window, 3).unwrap());
     assert!(found.contains("sensing: shape.form: expected streaming"), "{found}");
     let wide = TransformerShape { inputs: 7, ..options.shape(&features) };

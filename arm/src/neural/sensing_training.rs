@@ -2,8 +2,8 @@
 
 use hysteron_base::{BadInput, parallel, rng};
 use hysteron_learn::{
-    Adam, Block, Card, CardUpdates, Decay, Form, Penalty, Schedule, TapePool, Task, Training, Transformer,
-    TransformerShape, warm_up_cosine,
+    Adam, BlockKind, CardUpdates, Decay, DeviceCard, Penalty, Schedule, TapePool, TemporalForm, Training,
+    TrainingTask, Transformer, TransformerShape, warm_up_cosine,
 };
 use rand::RngExt;
 use rayon::prelude::*;
@@ -80,8 +80,12 @@ impl SensingOptions {
             feed_forward: 2 * self.width,
             latent: self.width,
             tokens: self.tokens,
-            block: Block::GatedPreNorm,
-            ..TransformerShape::published(channels(features), &Heads::sizes(features), Form::Streaming)
+            block: BlockKind::GatedPreNorm,
+            ..TransformerShape::published(
+                channels(features),
+                &Heads::sizes(features),
+                TemporalForm::Streaming,
+            )
         }
     }
 
@@ -135,7 +139,7 @@ pub struct SensingTask<'a> {
     pools: Vec<Vec<usize>>,
     tapes: TapePool<f32>,
     /// Device that computes updates in place of the processor.
-    card: Option<Card>,
+    card: Option<DeviceCard>,
 }
 
 impl<'a> SensingTask<'a> {
@@ -191,7 +195,7 @@ impl<'a> SensingTask<'a> {
     }
 
     /// Updates are computed on a card, where there is one.
-    pub fn on(self, card: Option<Card>) -> Self {
+    pub fn on(self, card: Option<DeviceCard>) -> Self {
         Self { card, ..self }
     }
 
@@ -313,7 +317,7 @@ impl Lesson<'_, '_> {
     }
 }
 
-impl Task<Transformer<f32>> for SensingTask<'_> {
+impl TrainingTask<Transformer<f32>> for SensingTask<'_> {
     type Error = hysteron_learn::Error;
 
     fn schedule(&self) -> Schedule {

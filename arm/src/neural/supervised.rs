@@ -1,6 +1,6 @@
 //! One pass forward and back over stretches of recordings, all samples at once: on the processor, or on a card.
 
-use hysteron_learn::{CardUpdates, Form, Real, TapePool, Transformer, TransformerShape};
+use hysteron_learn::{CardUpdates, Float, TapePool, TemporalForm, Transformer, TransformerShape};
 
 /// Stretches side by side that a network passes over.
 #[derive(Clone, Copy)]
@@ -22,7 +22,7 @@ impl Stretches<'_> {
 
     /// Inputs of the network ([step][row][channel]): `token` writes them for a step (before the stretch below
     /// zero) of a row.
-    fn tokens<T: Real>(&self, token: impl Fn(isize, usize, &mut [T])) -> Vec<T> {
+    fn tokens<T: Float>(&self, token: impl Fn(isize, usize, &mut [T])) -> Vec<T> {
         let mut tokens = vec![T::default(); self.steps() * self.rows * self.shape.inputs];
         for (at, to) in tokens.chunks_exact_mut(self.shape.inputs).enumerate() {
             token((at / self.rows) as isize - self.before() as isize, at % self.rows, to);
@@ -31,14 +31,14 @@ impl Stretches<'_> {
     }
 
     /// The derivatives of the loss by all outputs: `weigh` takes those at a step of a row and adds the derivatives by them.
-    fn weighed<T: Real>(
+    fn weighed<T: Float>(
         &self,
         outputs: &[T],
         mut weigh: impl FnMut(usize, usize, &mut [f64], &mut [f64]),
     ) -> Vec<T> {
         let n = self.shape.outputs();
         // In a window all results belong to its last step.
-        let first = if self.shape.form == Form::Window { 0 } else { self.before() };
+        let first = if self.shape.form == TemporalForm::Window { 0 } else { self.before() };
         let (mut found, mut by_outputs) = (vec![0.0; n], vec![0.0; n]);
         let mut all = vec![T::default(); outputs.len()];
         for (step, row) in (0..self.span).flat_map(|step| (0..self.rows).map(move |row| (step, row))) {
@@ -52,7 +52,7 @@ impl Stretches<'_> {
     }
 
     /// One pass by the fused kernels, see [`Self::tokens`] and [`Self::weighed`]. Adds to `gradient`.
-    pub fn pass<T: Real>(
+    pub fn pass<T: Float>(
         &self,
         (network, tapes): (&Transformer<T>, &TapePool<T>),
         token: impl Fn(isize, usize, &mut [T]),

@@ -5,7 +5,8 @@ use hysteron_actuator::CatalogueDrive;
 use hysteron_actuator::law::Law;
 use hysteron_base::{Channel, Metadata, Recording, json, rng};
 use hysteron_learn::{
-    Block, Form, Model as _, Session, TapePool, Task as _, Training, Transformer, TransformerShape, fit,
+    BlockKind, TapePool, TemporalForm, TrainableModel as _, Training, TrainingSession, TrainingTask as _,
+    Transformer, TransformerShape, fit,
 };
 use rand::RngExt;
 
@@ -137,7 +138,7 @@ fn trajectories(seeds: std::ops::Range<u64>, rows: usize) -> Vec<Trajectory> {
         .collect()
 }
 
-fn shape(form: Form) -> TransformerShape {
+fn shape(form: TemporalForm) -> TransformerShape {
     let features = features();
     TransformerShape {
         inputs: features.len(),
@@ -148,7 +149,7 @@ fn shape(form: Form) -> TransformerShape {
         feed_forward: 24,
         latent: 12,
         tokens: 5,
-        block: Block::GatedPreNorm,
+        block: BlockKind::GatedPreNorm,
         form,
     }
 }
@@ -182,13 +183,13 @@ fn the_gradient_of_the_closed_loop_is_that_of_differences() {
     let horizon = 20;
     let currents = CurrentModel::fit(&features(), &data).unwrap();
     let cases = [
-        (Form::Window, simulation()),
-        (Form::Streaming, simulation()),
-        (Form::Window, with_friction(false, 0.0)),
-        (Form::Window, with_friction(true, 0.0)),
-        (Form::Streaming, with_friction(true, 0.0)),
-        (Form::Streaming, with_friction(true, 0.1)),
-        (Form::Streaming, with_drive()),
+        (TemporalForm::Window, simulation()),
+        (TemporalForm::Streaming, simulation()),
+        (TemporalForm::Window, with_friction(false, 0.0)),
+        (TemporalForm::Window, with_friction(true, 0.0)),
+        (TemporalForm::Streaming, with_friction(true, 0.0)),
+        (TemporalForm::Streaming, with_friction(true, 0.1)),
+        (TemporalForm::Streaming, with_drive()),
     ];
     for (form, simulation) in cases {
         let servo = simulation.options().servo.as_ref();
@@ -283,12 +284,12 @@ fn a_servo_is_learned_without_torques_and_the_training_goes_on_bit_for_bit() {
     let (simulation, scale, options) = (simulation(), scale(&training), options());
     let currents = CurrentModel::fit(&features(), &training).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let network = Transformer::<f32>::new(&shape(Form::Streaming), 1).unwrap();
+    let network = Transformer::<f32>::new(&shape(TemporalForm::Streaming), 1).unwrap();
     let run = |file: Option<&std::path::Path>, last: usize| {
         let mut task =
             NeuralTask::new(&options, (&simulation, &scale, &currents), [&training, &validation]).unwrap();
-        let mut progress = |p: &hysteron_learn::Progress| !matches!(p, hysteron_learn::Progress::Epoch(epoch) if epoch.number == last);
-        let mut session = Session { file, progress: &mut progress };
+        let mut progress = |p: &hysteron_learn::TrainingProgress| !matches!(p, hysteron_learn::TrainingProgress::Epoch(epoch) if epoch.number == last);
+        let mut session = TrainingSession { file, progress: &mut progress };
         fit(&mut task, network.clone(), &json!({ "test": 1 }), &mut session).unwrap()
     };
     let before = {
@@ -335,7 +336,7 @@ fn a_servo_is_learned_without_torques_and_the_training_goes_on_bit_for_bit() {
 
 /// One whose network says no torque.
 fn silent_actuator(simulation: &Simulation, training: &[Trajectory]) -> NeuralActuator {
-    let network = Transformer::<f32>::new(&shape(Form::Streaming), 1).unwrap();
+    let network = Transformer::<f32>::new(&shape(TemporalForm::Streaming), 1).unwrap();
     NeuralActuator {
         network: network.with_silent_head(Heads::TORQUE),
         features: features(),
@@ -388,7 +389,7 @@ fn a_servo_in_the_loop_is_where_training_begins_and_no_worse_is_kept() {
         let setting = (&simulation, &scale, &currents);
         let mut task = NeuralTask::new(&options, setting, [&training, &validation]).unwrap();
         let before = task.validate(&network).unwrap();
-        let mut session = Session { file: None, progress: &mut |_| true };
+        let mut session = TrainingSession { file: None, progress: &mut |_| true };
         (before, fit(&mut task, network.clone(), &json!({}), &mut session).unwrap())
     };
     let (before, found) = train(3e-3);

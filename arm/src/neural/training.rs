@@ -2,7 +2,7 @@
 
 use hysteron_base::{BadInput, parallel, rng};
 use hysteron_learn::{
-    Adam, Decay, Penalty, Real, Schedule, TapePool, Task, Training, Transformer, warm_up_cosine,
+    Adam, Decay, Float, Penalty, Schedule, TapePool, Training, TrainingTask, Transformer, warm_up_cosine,
 };
 use rand::RngExt;
 use rayon::prelude::*;
@@ -258,7 +258,7 @@ impl<'a> NeuralTask<'a> {
 ///
 /// # Panics
 /// Without segments, or where a trajectory ends before the horizon.
-pub fn horizon_gradient<T: Real>(
+pub fn horizon_gradient<T: Float>(
     (simulation, scale): (&Simulation, &InputScale),
     (network, tapes): (&Transformer<T>, &TapePool<T>),
     segments: &[Segment<'_>],
@@ -290,7 +290,7 @@ pub fn horizon_gradient<T: Real>(
     (whole, tapes.sum(gradients))
 }
 
-impl Task<Transformer<f32>> for NeuralTask<'_> {
+impl TrainingTask<Transformer<f32>> for NeuralTask<'_> {
     type Error = hysteron_learn::Error;
 
     fn schedule(&self) -> Schedule {

@@ -2,7 +2,7 @@
 
 use hysteron_actuator::filter::LowPass;
 use hysteron_base::BadInput;
-use hysteron_learn::{Form, Real, TapePool, Transformer};
+use hysteron_learn::{Float, TapePool, TemporalForm, Transformer};
 
 use super::data::Trajectory;
 use super::features::InputScale;
@@ -26,16 +26,16 @@ const TORQUE: (f64, f64) = (20.0, 0.1);
 pub(super) const SPAN: usize = 24;
 
 /// Steps of a stretch that count.
-pub(super) fn span(form: Form) -> usize {
+pub(super) fn span(form: TemporalForm) -> usize {
     match form {
-        Form::Window => 1,
-        Form::Streaming => SPAN,
+        TemporalForm::Window => 1,
+        TemporalForm::Streaming => SPAN,
     }
 }
 
 /// The loss of some stretches with recorded inputs; adds its gradient. `n_torques` is how many torques there are over all stretches of
 /// the update.
-pub(super) fn gradient<T: Real>(
+pub(super) fn gradient<T: Float>(
     (network, tapes): (&Transformer<T>, &TapePool<T>),
     (simulation, scale): (&Simulation, &InputScale),
     stretches: &[Stretch<'_>],

@@ -22,7 +22,7 @@ fn npy() -> Vec<u8> {
 }
 
 /// Imports `bytes` as `path`, and checks what comes of it.
-fn imported(path: &Path, bytes: &[u8], columns: Option<&Columns>, bad_rows: BadRows) {
+fn imported(path: &Path, bytes: &[u8], columns: Option<&ColumnMap>, bad_rows: BadRows) {
     std::fs::write(path, bytes).unwrap();
     let options = ImportOptions { columns: columns.cloned(), bad_rows, ..Default::default() };
     match import(path, &options, Metadata::default()) {
@@ -47,10 +47,10 @@ fn no_damage_to_a_table_does_harm() {
     let by_number =
         "format = \"hysteron-columns\"\nversion = 1\n[columns]\ntime_ms = 1\n\"q_*_deg\" = [2, 3]\n";
     let files = [
-        ("log.csv", log(0, "5000,0,0,10,20,-1000").into_bytes(), Columns::parse(COLUMNS, "test").ok()),
-        ("log.npy", npy(), Columns::parse(by_number, "test").ok()),
+        ("log.csv", log(0, "5000,0,0,10,20,-1000").into_bytes(), ColumnMap::parse(COLUMNS, "test").ok()),
+        ("log.npy", npy(), ColumnMap::parse(by_number, "test").ok()),
         ("log.json", bam_log("xl330", &bam_entries().join(",")).into_bytes(), None),
-        ("log.parquet", std::fs::read(&parquet).unwrap(), Columns::named("lerobot-deg").ok()),
+        ("log.parquet", std::fs::read(&parquet).unwrap(), ColumnMap::named("lerobot-deg").ok()),
     ];
     for (name, bytes, columns) in &files {
         let path = folder.path().join(name);
@@ -115,14 +115,10 @@ fn no_slip_in_a_description_of_columns_does_harm() {
     let lists = "format = \"hysteron-columns\"\nversion = 1\nrate_hz = 100.0\n[lists]\nq = { file = \"q.txt\", width = 7 }\n\
                  [columns]\n\"q_*_rad\" = \"q[*]\"\n";
     let texts = [COLUMNS, lists];
-    drive(
-        "description of columns",
-        400,
-        MEMORY_MAX,
-        (slips(), 0..2_usize),
-        |(slips, k)| match Columns::parse(&slipped(texts[k], &slips), "columns.toml") {
+    drive("description of columns", 400, MEMORY_MAX, (slips(), 0..2_usize), |(slips, k)| {
+        match ColumnMap::parse(&slipped(texts[k], &slips), "columns.toml") {
             Ok(columns) => imported(&path, &bytes, Some(&columns), BadRows::Refuse),
             Err(bad) => assert_in_house_form(Some(&bad), &bad),
-        },
-    );
+        }
+    });
 }

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use hysteron_base::Metadata;
-use hysteron_base::import::{Assembled, Columns, Request, read};
+use hysteron_base::import::{Assembled, ColumnMap, Request, read};
 use hysteron_fuzz::recorded;
 
 fn imported(name: &str, files: &[&str], map: Option<&str>) -> Option<Vec<Assembled>> {
     let paths: Option<Vec<PathBuf>> = files.iter().map(|file| recorded(name, file)).collect();
-    let columns = map.map(|map| Columns::named(map).unwrap());
+    let columns = map.map(|map| ColumnMap::named(map).unwrap());
     let request = Request { columns, ..Request::default() };
     Some(read(&paths?, &request, Metadata::default()).unwrap())
 }

@@ -5,7 +5,7 @@ use hysteron_arm::identify::{
     BodyOptions, Determined, JointMotion, JointTerm, Smoothing, TorqueResponse, identify_bodies,
     identify_payload, pseudo_inertia,
 };
-use hysteron_arm::{Columns, Data, ImportOptions, Model, Recorded, import, inverse_dynamics};
+use hysteron_arm::{ColumnMap, Data, ImportOptions, Model, Recorded, import, inverse_dynamics};
 use hysteron_base::{Metadata, rng};
 use hysteron_fuzz::recorded;
 use rand::RngExt;
@@ -226,7 +226,7 @@ fn wrong_options_are_refused() {
 #[test]
 fn panda_is_predicted_where_it_was_not_fitted() {
     let Some(folder) = recorded("panda_is_predicted", "arms/panda-gaz") else { return };
-    let columns = Some(Columns::named("panda-gaz").unwrap());
+    let columns = Some(ColumnMap::named("panda-gaz").unwrap());
     let options = ImportOptions { columns, rate_hz: Some(1000.0), ..ImportOptions::default() };
     let imported = import(&folder, &options, Metadata::default()).unwrap();
     let motion = JointMotion::of_recording(&Recorded::of(&imported.recording).unwrap(), &[], 4, 8.0).unwrap();
@@ -249,7 +249,7 @@ fn baxter_is_predicted_with_the_response_of_its_torques() {
     let Some(folder) = recorded("baxter_is_predicted", "arms/baxter") else { return };
     let files = std::fs::read_dir(folder.join("train")).unwrap();
     let read = |path: &std::path::Path| {
-        let columns = Some(Columns::named("baxter").unwrap());
+        let columns = Some(ColumnMap::named("baxter").unwrap());
         let imported =
             import(path, &ImportOptions { columns, ..ImportOptions::default() }, Metadata::default());
         let recording = imported.unwrap().recording;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use hysteron_actuator::{CatalogueDrive, Winding};
 use hysteron_arm::*;
-use hysteron_base::{Filter, Metadata, Recording};
+use hysteron_base::{Metadata, Recording, RowFilter};
 use hysteron_fuzz::recorded;
 use parquet::data_type::{FloatType, Int64Type};
 use parquet::file::properties::WriterProperties;
@@ -34,7 +34,7 @@ fn import_text(
     let path = folder.path().join("log.csv");
     std::fs::write(&path, text).unwrap();
     let mut options =
-        ImportOptions { columns: Some(Columns::parse(columns, "test").unwrap()), ..Default::default() };
+        ImportOptions { columns: Some(ColumnMap::parse(columns, "test").unwrap()), ..Default::default() };
     change(&mut options);
     import(&path, &options, Metadata::default()).map_err(|error| error.to_string())
 }
@@ -153,7 +153,7 @@ fn joints_are_counted() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.csv");
     std::fs::write(&path, log(99, "")).unwrap();
-    let columns = Some(Columns::parse(COLUMNS, "test").unwrap());
+    let columns = Some(ColumnMap::parse(COLUMNS, "test").unwrap());
     let known = ArmKnown { model: Some(&panda), ..Default::default() };
     let options = ImportOptions { columns, arm: known, ..Default::default() };
     let error = import(&path, &options, Metadata::default()).unwrap_err().to_string();
@@ -203,7 +203,7 @@ fn numbers_in_another_unit_are_suspected() {
 #[test]
 fn descriptions_that_cannot_be() {
     let parse = |from: &str, to: &str| {
-        Columns::parse(&COLUMNS.replacen(from, to, 1), "c.toml").unwrap_err().to_string()
+        ColumnMap::parse(&COLUMNS.replacen(from, to, 1), "c.toml").unwrap_err().to_string()
     };
     assert!(parse("hysteron-columns", "columns").contains("format"));
     assert!(parse("version = 1", "version = 2").contains("version"));
@@ -226,9 +226,9 @@ fn descriptions_that_cannot_be() {
         let error = import_text(&log(99, ""), &COLUMNS.replacen(from, to, 1), |_| ()).unwrap_err();
         assert!(error.contains(part), "{part:?} in {error}");
     }
-    assert!(Columns::named("nowhere").unwrap_err().to_string().contains("one of bam-dynamixel"));
-    for name in Columns::builtin_names() {
-        Columns::named(name).unwrap();
+    assert!(ColumnMap::named("nowhere").unwrap_err().to_string().contains("one of bam-dynamixel"));
+    for name in ColumnMap::builtin_names() {
+        ColumnMap::named(name).unwrap();
     }
 }
 
@@ -272,7 +272,7 @@ fn an_episode_of_lerobot_is_read_once_its_unit_is_said() {
     let read = |options: &ImportOptions| import(&path, options, Metadata::default());
     let error = read(&ImportOptions::default()).unwrap_err().to_string();
     assert!(error.contains("--map lerobot-deg or lerobot-rad"), "{error}");
-    let columns = Some(Columns::named("lerobot-deg").unwrap());
+    let columns = Some(ColumnMap::named("lerobot-deg").unwrap());
     let all = ImportOptions {
         columns,
         arm: ArmKnown { unit_check: UnitCheck::Accept, ..Default::default() },
@@ -280,7 +280,7 @@ fn an_episode_of_lerobot_is_read_once_its_unit_is_said() {
     };
     let error = read(&all).unwrap_err().to_string();
     assert!(error.contains("row 51: time") && error.contains("--where episode_index=0"), "{error}");
-    let filter = Some(Filter { column: "episode_index".into(), value: "1".into() });
+    let filter = Some(RowFilter { column: "episode_index".into(), value: "1".into() });
     let imported = read(&ImportOptions { filter, ..all.clone() }).unwrap();
     let recorded = Recorded::of(&imported.recording).unwrap();
     assert_eq!((recorded.joints.len(), recorded.time.len()), (2, 50));
@@ -422,7 +422,7 @@ fn garbage_is_refused_at_once() {
         for extension in ["csv", "txt", "npz", "npy", "json", "parquet", "log"] {
             let path = folder.path().join(format!("garbage.{extension}"));
             std::fs::write(&path, &garbage).unwrap();
-            let columns = Some(Columns::named("ur10e").unwrap());
+            let columns = Some(ColumnMap::named("ur10e").unwrap());
             for columns in [None, columns] {
                 let options = ImportOptions { columns, bad_rows: BadRows::LeaveOut, ..Default::default() };
                 let error = import(&path, &options, Metadata::default()).unwrap_err().to_string();
@@ -433,7 +433,7 @@ fn garbage_is_refused_at_once() {
 }
 
 fn imported(path: &Path, columns: Option<&str>) -> Recording {
-    let columns = columns.map(|name| Columns::named(name).unwrap());
+    let columns = columns.map(|name| ColumnMap::named(name).unwrap());
     let imported =
         import(path, &ImportOptions { columns, ..Default::default() }, Metadata::default()).unwrap();
     imported.recording

@@ -10,7 +10,7 @@ use hysteron_arm::lagrangian::{
 use hysteron_arm::{Data, Model, mass_matrix};
 use hysteron_base::json;
 use hysteron_fuzz::recorded;
-use hysteron_learn::{Activation, Progress, Session};
+use hysteron_learn::{Activation, TrainingProgress, TrainingSession};
 
 fn shape(variant: Variant, training: &Samples, hidden: usize) -> NetworkShape {
     NetworkShape {
@@ -27,7 +27,7 @@ fn shape(variant: Variant, training: &Samples, hidden: usize) -> NetworkShape {
 
 fn learn(variant: Variant, sets: [&Samples; 2], options: &TrainingOptions) -> LearnedDynamics {
     let shape = shape(variant, sets[0], 24);
-    let mut session = Session { file: None, progress: &mut |_: &Progress| true };
+    let mut session = TrainingSession { file: None, progress: &mut |_: &TrainingProgress| true };
     let found = train(&shape, sets, options, 1, &mut session).unwrap();
     LearnedDynamics { shape, parameters: found.parameters, details: json!({}) }
 }
@@ -81,7 +81,7 @@ fn polished(squares: usize) -> [f64; 2] {
         polish: 100,
         ..TrainingOptions::normalised(3).with_levenberg_marquardt()
     };
-    let mut session = Session { file: None, progress: &mut |_: &Progress| true };
+    let mut session = TrainingSession { file: None, progress: &mut |_: &TrainingProgress| true };
     let found = train(&shape, [&training, &validation], &options, 1, &mut session).unwrap();
     let parts = decompose(&shape, &found.parameters, &validation);
     let nmse = |truth: &[f64], found: &[f64]| Scores::of(3, truth, found).sum_nmse();

@@ -7,7 +7,7 @@ use hysteron_arm::lagrangian::{Samples, Scales};
 use hysteron_arm::observer::{Dynamics, FrictionModel, MomentumObserver, Observer, RigidBody, Sample};
 use hysteron_arm::{ComputedTorque, Data, Model, Simulator, Stops, forward_dynamics};
 use hysteron_base::json;
-use hysteron_learn::{Activation, Session};
+use hysteron_learn::{Activation, TrainingSession};
 
 const N: usize = 3;
 
@@ -46,7 +46,7 @@ fn learned() -> LearnedDynamics {
         learning_rate: 5e-3,
         ..TrainingOptions::normalised(3)
     };
-    let mut session = Session { file: None, progress: &mut |_| true };
+    let mut session = TrainingSession { file: None, progress: &mut |_| true };
     let found = train(&shape, [&training, &validation], &options, 1, &mut session).unwrap();
     LearnedDynamics { shape, parameters: found.parameters, details: json!({}) }
 }

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use hysteron_base::{Law, json};
+use hysteron_base::{MaterialLaw, json};
 use hysteron_fem::{Cells, Mesh, Order};
 use hysteron_twin::Stepper;
 use serde_json::Value;
@@ -29,12 +29,12 @@ const RING: f64 = 1.2e-3;
 /// A scene cannot be built.
 pub fn run(folder: &Path, quick: bool) -> Result<()> {
     let reference = sofa_mesh()?;
-    let edges = Law::CorotationalEdges;
+    let edges = MaterialLaw::CorotationalEdges;
     let mut meshes = vec![
         ("SOFA's mesh, edges".to_owned(), edges, reference.clone(), true),
-        ("SOFA's mesh".to_owned(), Law::Corotational, reference.clone(), true),
-        ("SOFA's mesh, neo-Hookean".to_owned(), Law::NeoHookean, reference.clone(), true),
-        ("SOFA's mesh, quadratic".to_owned(), Law::Corotational, reference.to_quadratic(), true),
+        ("SOFA's mesh".to_owned(), MaterialLaw::Corotational, reference.clone(), true),
+        ("SOFA's mesh, neo-Hookean".to_owned(), MaterialLaw::NeoHookean, reference.clone(), true),
+        ("SOFA's mesh, quadratic".to_owned(), MaterialLaw::Corotational, reference.to_quadratic(), true),
     ];
     let (linear, quadratic): (&[u32], &[u32]) =
         if quick { (&[12, 20], &[10]) } else { (&[16, 24, 32], &[8, 12, 16]) };
@@ -42,7 +42,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
         linear.iter().map(|d| (d, Order::Linear)).chain(quadratic.iter().map(|d| (d, Order::Quadratic)))
     {
         let name = format!("tube, {divisions} sides");
-        meshes.push((name, Law::Corotational, tube(*divisions, order).mesh()?, false));
+        meshes.push((name, MaterialLaw::Corotational, tube(*divisions, order).mesh()?, false));
     }
     let heading = [
         "tendon",

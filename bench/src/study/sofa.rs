@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use hysteron_base::{Law, json};
+use hysteron_base::{MaterialLaw, json};
 use hysteron_fem::Mesh;
 use hysteron_twin::{Stepper, Target, Twin, TwinState};
 
@@ -95,7 +95,7 @@ pub fn solve(
 ///
 /// # Errors
 /// The scene or a step fails.
-pub fn compare(mesh: &Mesh, law: Law, curve: &Curve, last: usize) -> Result<Vec<Difference>> {
+pub fn compare(mesh: &Mesh, law: MaterialLaw, curve: &Curve, last: usize) -> Result<Vec<Difference>> {
     let twin = sofa_scene(Setting::exact(law), mesh, N_PRIMARY)?;
     let states = solve(&twin, &curve.strokes[..=last], |stroke| one_sided(N_PRIMARY, stroke))?;
     let difference = |k: usize| curve.difference(k, twin.tip_of(&states[k]), states[k].tensions[0]);
@@ -109,10 +109,10 @@ pub fn compare(mesh: &Mesh, law: Law, curve: &Curve, last: usize) -> Result<Vec<
 pub fn run(folder: &Path) -> Result<()> {
     let mesh = sofa_mesh()?;
     let cases = [
-        ("edges against SOFA polar", Law::CorotationalEdges, "ref_A_qs_aux0_polar_one.csv", 38),
-        ("polar factor against SOFA polar", Law::Corotational, "ref_A_qs_aux0_polar_one.csv", 38),
-        ("polar factor against SOFA large", Law::Corotational, "ref_A_qs_aux0_one.csv", 50),
-        ("edges against SOFA large", Law::CorotationalEdges, "ref_A_qs_aux0_one.csv", 50),
+        ("edges against SOFA polar", MaterialLaw::CorotationalEdges, "ref_A_qs_aux0_polar_one.csv", 38),
+        ("polar factor against SOFA polar", MaterialLaw::Corotational, "ref_A_qs_aux0_polar_one.csv", 38),
+        ("polar factor against SOFA large", MaterialLaw::Corotational, "ref_A_qs_aux0_one.csv", 50),
+        ("edges against SOFA large", MaterialLaw::CorotationalEdges, "ref_A_qs_aux0_one.csv", 50),
     ];
     let heading = ["comparison", "to [mm]", "tip", "deflection", "tension"];
     println!("worst relative differences");

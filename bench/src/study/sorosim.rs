@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
-use hysteron_base::{Law, Material, json};
+use hysteron_base::{Material, MaterialLaw, json};
 use hysteron_fem::{Cells, Embedding, Layers, Mesh, Order, Tube};
 use hysteron_twin::{Couple, Stepper, Twin};
 use rayon::prelude::*;
@@ -149,7 +149,7 @@ impl Rod {
             node.rotate_right(1);
         }
         let material = Material {
-            law: Law::Corotational,
+            law: MaterialLaw::Corotational,
             youngs_modulus: YOUNGS_MODULUS,
             poisson_ratio: POISSON_RATIO,
             density: DENSITY * PI * RADIUS * RADIUS / area,

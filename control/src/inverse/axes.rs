@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// A tip [m]: x, y and z. In the plane z is zero.
-pub type Tip = [f64; 3];
+pub type TipPosition = [f64; 3];
 
 /// Coordinates that describe a tip.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,21 +1,23 @@
 //! Strokes for a path: the recurrent design sample by sample, the paper's window by window.
 
 use hysteron_base::BadInput;
-use hysteron_learn::{Backprop, Batch, Memory, Outputs, Predictor, RANGE_MARGIN, restore_bounded, windows};
+use hysteron_learn::{
+    Backprop, HeadOutputs, Memory, Predictor, RANGE_MARGIN, SequenceBatch, restore_bounded, windows,
+};
 
 use super::delay::ahead;
 use super::model::check_limits;
 use super::path_point::{PathPoint, smooth};
 use super::windowed::normalised_path;
-use super::{Check, Design, FeatureSpec, Features, InverseModel, StaticRegression, Tip};
-use crate::{Limits, Result};
+use super::{Check, FeatureSpec, Features, InverseDesign, InverseModel, StaticRegression, TipPosition};
+use crate::{Result, StrokeLimits};
 
 /// Windows that go through the network side by side.
 const BATCH: usize = 256;
 
 /// Flags of a sample: extrapolation and limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
+pub struct SampleFlags {
     /// True where the path leaves the training range.
     pub is_extrapolating: bool,
     /// True where a limit held a stroke.
@@ -28,7 +30,7 @@ pub struct Commands {
     /// Strokes (n_samples × n_tendons) [m].
     pub strokes: Vec<f64>,
     /// Flags of each sample (n_samples).
-    pub steps: Vec<Step>,
+    pub steps: Vec<SampleFlags>,
 }
 
 /// The recurrent design on a path, one cell update a sample.
@@ -51,8 +53,8 @@ impl<'a> Controller<'a> {
     ///
     /// # Errors
     /// A path without samples or with one that is not finite; limits that leave nothing; a model of the paper's design.
-    pub fn new(model: &'a InverseModel, path: &[Tip], limits: Limits) -> Check<Self> {
-        let Design::Recurrent { features, regression } = &model.design else {
+    pub fn new(model: &'a InverseModel, path: &[TipPosition], limits: StrokeLimits) -> Check<Self> {
+        let InverseDesign::Recurrent { features, regression } = &model.design else {
             return Err(BadInput::new("checkpoint: design", "recurrent", "the paper's"));
         };
         let ranges = [&model.inputs, &model.outputs];
@@ -75,7 +77,7 @@ impl<'a> Controller<'a> {
     }
 
     /// One sample further; none at the end of the path. Does not allocate.
-    pub fn step(&mut self) -> Option<Step> {
+    pub fn step(&mut self) -> Option<SampleFlags> {
         let point = self.path.get(self.n_done)?;
         self.regression.strokes_into(point.position, &mut self.limiter.wanted);
         self.raw.clear();
@@ -87,22 +89,22 @@ impl<'a> Controller<'a> {
         }
         let is_limited = self.limiter.apply(self.n_done == 0);
         self.n_done += 1;
-        Some(Step { is_extrapolating, is_limited })
+        Some(SampleFlags { is_extrapolating, is_limited })
     }
 }
 
-fn is_outside(model: &InverseModel, point: Tip) -> bool {
+fn is_outside(model: &InverseModel, point: TipPosition) -> bool {
     model.workspace.is_outside(point, RANGE_MARGIN * model.workspace.width())
 }
 
-fn smoothed_path(path: &[Tip], spec: &FeatureSpec) -> Check<Vec<PathPoint>> {
+fn smoothed_path(path: &[TipPosition], spec: &FeatureSpec) -> Check<Vec<PathPoint>> {
     check_path(path)?;
     let half = (spec.half_width_s / spec.step_s).round() as usize;
     let smoothed = smooth(path, &vec![false; path.len()], spec.step_s, spec.smoothing, half);
     Ok(ahead(&smoothed, spec.delay_s / spec.step_s))
 }
 
-fn check_path(path: &[Tip]) -> Check<()> {
+fn check_path(path: &[TipPosition]) -> Check<()> {
     if path.is_empty() {
         return Err(BadInput::new("target", "at least one sample", "none"));
     }
@@ -117,7 +119,7 @@ fn check_path(path: &[Tip]) -> Check<()> {
 /// Keeps strokes within their range, and their changes within their rate.
 #[derive(Debug, Clone)]
 struct Limiter {
-    limits: Limits,
+    limits: StrokeLimits,
     /// Largest change in a sample [m].
     largest_change: f64,
     /// Asked for (n_tendons) [m].
@@ -127,7 +129,7 @@ struct Limiter {
 }
 
 impl Limiter {
-    fn new(limits: Limits, model: &InverseModel) -> Check<Self> {
+    fn new(limits: StrokeLimits, model: &InverseModel) -> Check<Self> {
         check_limits(&limits)?;
         let zeros = vec![0.0; model.n_tendons];
         let largest_change = limits.stroke_rate * model.step_s;
@@ -157,12 +159,12 @@ impl InverseModel {
     /// Those of [`Controller::new`], but for the design.
     pub fn command(
         &self,
-        path: &[Tip],
-        limits: Limits,
+        path: &[TipPosition],
+        limits: StrokeLimits,
         progress: &mut dyn FnMut(usize) -> bool,
     ) -> Result<Commands> {
         match self.design {
-            Design::Recurrent { .. } => {
+            InverseDesign::Recurrent { .. } => {
                 let mut controller = Controller::new(self, path, limits)?;
                 let mut commands = Commands { strokes: Vec::new(), steps: Vec::new() };
                 while let Some(step) = controller.step() {
@@ -174,15 +176,15 @@ impl InverseModel {
                 }
                 Ok(commands)
             }
-            Design::Windowed { window } => self.command_windows(path, window, limits, progress),
+            InverseDesign::Windowed { window } => self.command_windows(path, window, limits, progress),
         }
     }
 
     fn command_windows(
         &self,
-        path: &[Tip],
+        path: &[TipPosition],
         window: usize,
-        limits: Limits,
+        limits: StrokeLimits,
         progress: &mut dyn FnMut(usize) -> bool,
     ) -> Result<Commands> {
         check_path(path)?;
@@ -195,7 +197,12 @@ impl InverseModel {
         for start in (0..path.len()).step_by(BATCH) {
             let ends = start..(start + BATCH).min(path.len());
             let inputs = windows(ends.clone().map(|end| (&normalised[..], end)), window, self.axes().len());
-            let batch = Batch { inputs: &inputs, steps: window, rows: ends.len(), outputs: Outputs::Last };
+            let batch = SequenceBatch {
+                inputs: &inputs,
+                steps: window,
+                rows: ends.len(),
+                outputs: HeadOutputs::Last,
+            };
             let mut memory = Memory::zeros(self.network.architecture(), ends.len());
             let outputs = network.predict(&batch, &mut memory)?;
             for (i, outputs) in ends.zip(outputs.chunks_exact(self.n_tendons)) {
@@ -204,7 +211,7 @@ impl InverseModel {
                 let is_extrapolating = is_outside(self, path[i])
                     || self.inputs.is_outside(&path[i][..self.axes().len()], RANGE_MARGIN);
                 commands.strokes.extend(&limiter.strokes);
-                commands.steps.push(Step { is_extrapolating, is_limited });
+                commands.steps.push(SampleFlags { is_extrapolating, is_limited });
             }
             if !progress(commands.steps.len()) {
                 break;

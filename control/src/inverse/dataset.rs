@@ -3,8 +3,8 @@
 use hysteron_base::{BadInput, Bounds, Metadata, Recording, rng};
 use serde::Serialize;
 
-use super::{Axes, Tip};
-use crate::Limits;
+use super::{Axes, TipPosition};
+use crate::StrokeLimits;
 use crate::split::{MotionKind, draw_validation};
 
 /// Largest difference of a sample's duration that still counts as the same rate [-].
@@ -13,7 +13,7 @@ const SAME_STEP: f64 = 0.01;
 /// Where strokes and tip come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Origin {
+pub enum DataOrigin {
     /// A rig, 𝓓_real; the virtual rig counts.
     Real,
     /// A twin, 𝓓_syn.
@@ -28,7 +28,7 @@ pub struct Demonstration {
     /// SHA-256 of its file.
     pub hash: String,
     /// From a rig or from a twin.
-    pub origin: Origin,
+    pub origin: DataOrigin,
     /// Hashes of the rig or the scene that it is of; empty where they are not in the recording.
     pub robot: String,
     /// Family of its plan; empty where it is not in the recording.
@@ -38,7 +38,7 @@ pub struct Demonstration {
     /// Coordinates of its tip.
     pub axes: Axes,
     /// Tip (n_samples).
-    pub tip: Vec<Tip>,
+    pub tip: Vec<TipPosition>,
     /// True where the sample was filled in (n_samples).
     pub gap: Vec<bool>,
     /// Number of tendons.
@@ -125,13 +125,13 @@ impl Demonstration {
 }
 
 /// A rig leaves its hash, a twin that of its scene; what was identified on a rig's recording has both and is the rig's.
-fn robot_of(meta: &Metadata) -> (Origin, String) {
+fn robot_of(meta: &Metadata) -> (DataOrigin, String) {
     let of = |key: &str| meta.extra.get(key).map_or("", String::as_str);
     let rig = [of("rig.sha256"), of("virtual.robot")];
     match (rig, &meta.scene_hash[..]) {
-        (["", _], scene) if !scene.is_empty() => (Origin::Synthetic, scene.to_owned()),
-        ([hash, ""], _) => (Origin::Real, hash.to_owned()),
-        ([hash, robot], _) => (Origin::Real, format!("{hash} {robot}")),
+        (["", _], scene) if !scene.is_empty() => (DataOrigin::Synthetic, scene.to_owned()),
+        ([hash, ""], _) => (DataOrigin::Real, hash.to_owned()),
+        ([hash, robot], _) => (DataOrigin::Real, format!("{hash} {robot}")),
     }
 }
 
@@ -175,7 +175,7 @@ impl Dataset {
     }
 
     /// How many demonstrations to learn from have this origin.
-    pub fn count(&self, origin: Origin) -> usize {
+    pub fn count(&self, origin: DataOrigin) -> usize {
         self.training.iter().filter(|one| one.origin == origin).count()
     }
 
@@ -196,11 +196,11 @@ impl Dataset {
     pub fn robots(&self) -> Vec<String> {
         let all = || self.training.iter().chain(&self.validation);
         let of = |origin| all().find(|one| one.origin == origin).map(|one| one.robot.clone());
-        [Origin::Real, Origin::Synthetic].into_iter().filter_map(of).collect()
+        [DataOrigin::Real, DataOrigin::Synthetic].into_iter().filter_map(of).collect()
     }
 
     /// Range of the training strokes [m], and their largest rate [m/s].
-    pub fn limits(&self) -> Limits {
+    pub fn limits(&self) -> StrokeLimits {
         let values = self.training.iter().flat_map(|one| &one.strokes);
         let stroke = values.fold(Bounds { min: f64::INFINITY, max: f64::NEG_INFINITY }, |bounds, &stroke| {
             Bounds { min: bounds.min.min(stroke), max: bounds.max.max(stroke) }
@@ -209,7 +209,7 @@ impl Dataset {
         let changes = self.training.iter().flat_map(|one| {
             one.strokes.iter().zip(&one.strokes[n..]).map(|(before, after)| (after - before).abs())
         });
-        Limits { stroke, stroke_rate: changes.fold(0.0, f64::max) / self.step }
+        StrokeLimits { stroke, stroke_rate: changes.fold(0.0, f64::max) / self.step }
     }
 }
 
@@ -253,10 +253,10 @@ fn drawn(all: &[Demonstration], seed: u64) -> Vec<String> {
         draw_validation(&kinds, &mut stream).into_iter().map(|k| indices[k]).collect()
     };
     let of = |origin| -> Vec<usize> { (0..all.len()).filter(|&k| all[k].origin == origin).collect() };
-    let mut found = draw(&of(Origin::Real));
+    let mut found = draw(&of(DataOrigin::Real));
     let covered: Vec<&String> = found.iter().map(|&k| &kinds[k]).collect();
     let left: Vec<usize> =
-        of(Origin::Synthetic).into_iter().filter(|&k| !covered.contains(&&kinds[k])).collect();
+        of(DataOrigin::Synthetic).into_iter().filter(|&k| !covered.contains(&&kinds[k])).collect();
     // A kind with a single synthetic demonstration is for training; the last of all would be a kind without
     // training.
     let has_pair = |k: &usize| left.iter().filter(|&&l| kinds[l] == kinds[*k]).count() > 1;

@@ -73,7 +73,7 @@ pub(super) fn fit_delay(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inverse::Origin;
+    use crate::inverse::DataOrigin;
 
     /// A tip that is where strokes would bring it `delay` samples ago.
     fn late(delay: f64, n: usize, phase: f64) -> (Demonstration, Vec<PathPoint>) {
@@ -88,7 +88,7 @@ mod tests {
         let one = Demonstration {
             name: String::new(),
             hash: String::new(),
-            origin: Origin::Real,
+            origin: DataOrigin::Real,
             robot: String::new(),
             family: String::new(),
             step: 0.01,

@@ -11,7 +11,7 @@ use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
 use super::Axes;
-use super::path_point::{PathPoint, Smoothing};
+use super::path_point::{PathPoint, PathSmoothing};
 
 /// Which features there are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -24,7 +24,7 @@ pub struct FeatureSpec {
     /// Number of tendons.
     pub n_tendons: usize,
     /// Which samples a line is drawn through.
-    pub smoothing: Smoothing,
+    pub smoothing: PathSmoothing,
     /// Half the time that a line spans [s].
     pub half_width_s: f64,
     /// Times ahead at which features are taken [s].

@@ -2,16 +2,17 @@
 
 use hysteron_base::{Bounds, json};
 use hysteron_learn::{
-    ChannelErrors, FitReport, FitResult, Network, Normaliser, Session, Task, WeightFormat, fit,
+    ChannelErrors, FitReport, FitResult, Network, Normaliser, TrainingSession, TrainingTask, WeightFormat,
+    fit,
 };
 use serde_json::Value;
 
-use super::{Dataset, Demonstration, Design, InverseModel, Workspace};
-use crate::{Limits, Result};
+use super::{Dataset, Demonstration, InverseDesign, InverseModel, TipWorkspace};
+use crate::{Result, StrokeLimits};
 
 /// A trained controller and its validation errors.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fitted {
+pub struct FittedController {
     /// With the best weights.
     pub model: InverseModel,
     /// Root mean square error of each stroke in validation [mm].
@@ -25,24 +26,24 @@ pub struct Fitted {
 }
 
 /// A design in training, evaluated by its strokes in millimetres.
-pub(super) trait Strokes: Task<Network> {
+pub(super) trait StrokeDesign: TrainingTask<Network> {
     /// Mean square error of each stroke in validation [mm²].
     fn squares(&mut self, network: &Network) -> std::result::Result<Vec<f64>, Self::Error>;
 }
 
 /// The best weights, the epochs after which they were found, and whether the training came to its end.
-pub(super) struct Outcome {
+pub(super) struct FitOutcome {
     pub result: FitResult<Network>,
     /// Root mean square error of each stroke in validation [mm].
     pub held_out_mm: Vec<f64>,
 }
 
 /// Parts of a controller next to its network.
-pub(super) struct Parts {
+pub(super) struct ControllerParts {
     pub inputs: Normaliser,
     pub outputs: Normaliser,
-    pub design: Design,
-    pub workspace: Workspace,
+    pub design: InverseDesign,
+    pub workspace: TipWorkspace,
     pub weights: WeightFormat,
     /// Root mean square error of regressions for each stroke in validation: without delay, and with it [mm].
     pub regressions_mm: [Vec<f64>; 2],
@@ -50,11 +51,16 @@ pub(super) struct Parts {
     pub delay_s: f64,
 }
 
-impl Outcome {
+impl FitOutcome {
     /// The controller; `identity` is that of the training.
-    pub fn into_fitted(self, data: &Dataset, identity: Value, parts: Parts) -> Result<Fitted> {
+    pub fn into_fitted(
+        self,
+        data: &Dataset,
+        identity: Value,
+        parts: ControllerParts,
+    ) -> Result<FittedController> {
         let report = self.report(data, &parts);
-        let Parts {
+        let ControllerParts {
             inputs,
             outputs,
             design,
@@ -87,10 +93,10 @@ impl Outcome {
                 json!({ "format": model.weights, "stroke_rmse_mm": rms, "stroke_largest_mm": largest });
         }
         let is_finished = self.result.is_finished;
-        Ok(Fitted { model, held_out_mm: self.held_out_mm, regression_mm, report, is_finished })
+        Ok(FittedController { model, held_out_mm: self.held_out_mm, regression_mm, report, is_finished })
     }
 
-    fn report(&self, data: &Dataset, parts: &Parts) -> FitReport {
+    fn report(&self, data: &Dataset, parts: &ControllerParts) -> FitReport {
         let names = |all: &[Demonstration]| all.iter().map(|one| one.name.clone()).collect();
         let [without_delay, with_delay] = &parts.regressions_mm;
         // One regression where there is no delay.
@@ -119,7 +125,7 @@ impl Outcome {
 }
 
 /// Wide enough to hold nothing back.
-const WIDE: Limits = Limits { stroke: Bounds { min: -1e3, max: 1e3 }, stroke_rate: 1e9 };
+const WIDE: StrokeLimits = StrokeLimits { stroke: Bounds { min: -1e3, max: 1e3 }, stroke_rate: 1e9 };
 
 /// Error of the strokes from the format of the weights, on the paths of `demonstrations`: root mean square,
 /// and the largest [mm].
@@ -139,15 +145,15 @@ fn weight_error_mm(model: &InverseModel, demonstrations: &[Demonstration]) -> Re
 }
 
 /// Trains `network`, or resumes from the session's file; see [`fit`].
-pub(super) fn run<L: Strokes>(
+pub(super) fn run<L: StrokeDesign>(
     task: &mut L,
     network: Network,
     identity: &Value,
-    session: &mut Session<'_>,
-) -> std::result::Result<Outcome, L::Error> {
+    session: &mut TrainingSession<'_>,
+) -> std::result::Result<FitOutcome, L::Error> {
     let result = fit(task, network, identity, session)?;
     let held_out_mm = task.squares(&result.model)?.into_iter().map(f64::sqrt).collect();
-    Ok(Outcome { result, held_out_mm })
+    Ok(FitOutcome { result, held_out_mm })
 }
 
 /// Identity of a training, design, options and data: a file to resume from and the checkpoint hold it.

@@ -21,7 +21,7 @@ pub struct LossWeights {
 }
 
 /// A trajectory as arrays of the network.
-pub(super) struct Row {
+pub(super) struct TrajectoryArrays {
     /// Normalised features (n × inputs).
     pub features: Vec<f32>,
     /// Stroke where the network's output is zero, less the commanded one (n × n_tendons) [mm].
@@ -34,7 +34,7 @@ pub(super) struct Row {
     pub weight: Vec<f32>,
 }
 
-impl Row {
+impl TrajectoryArrays {
     pub fn len(&self) -> usize {
         self.weight.len()
     }
@@ -67,7 +67,7 @@ impl Loss {
 
     /// Errors of the strokes [mm] for outputs [step][row][tendon] that begin at sample `start`; zero after
     /// the end of a row.
-    fn errors(&self, rows: &[Row], start: usize, outputs: &[f32]) -> Vec<f32> {
+    fn errors(&self, rows: &[TrajectoryArrays], start: usize, outputs: &[f32]) -> Vec<f32> {
         let n = self.gain.len();
         let mut errors = vec![0.0; outputs.len()];
         for (k, (outputs, errors)) in outputs.chunks_exact(n).zip(errors.chunks_exact_mut(n)).enumerate() {
@@ -83,7 +83,13 @@ impl Loss {
     }
 
     /// The sums over a truncation length, and the gradient of the mean loss by its outputs.
-    pub fn evaluate(&self, rows: &[Row], start: usize, outputs: &[f32], gradient: &mut [f32]) -> Evaluation {
+    pub fn evaluate(
+        &self,
+        rows: &[TrajectoryArrays],
+        start: usize,
+        outputs: &[f32],
+        gradient: &mut [f32],
+    ) -> Evaluation {
         let n = self.gain.len();
         let width = n * rows.len();
         let errors = self.errors(rows, start, outputs);
@@ -113,7 +119,7 @@ impl Loss {
     }
 
     /// Terms of one sample, and their gradient by its errors.
-    fn sample(&self, row: &Row, i: usize, errors: &[f32], gradient: &mut [f32]) -> f32 {
+    fn sample(&self, row: &TrajectoryArrays, i: usize, errors: &[f32], gradient: &mut [f32]) -> f32 {
         let n = errors.len();
         let per_tendon = 1.0 / n as f32;
         let mut loss = per_tendon * errors.iter().map(|e| e * e).sum::<f32>();
@@ -160,10 +166,10 @@ mod tests {
     use rand::RngExt;
 
     /// Two rows of two tendons, one shorter than the other and with a gap.
-    fn rows() -> Vec<Row> {
+    fn rows() -> Vec<TrajectoryArrays> {
         let mut stream = rng(1, "loss");
         let mut uniform = |n: usize| (0..n).map(|_| stream.random_range(-1.0..1.0)).collect::<Vec<f32>>();
-        let mut row = |n: usize, has_jacobian: bool| Row {
+        let mut row = |n: usize, has_jacobian: bool| TrajectoryArrays {
             features: Vec::new(),
             offset: uniform(2 * n),
             pull: uniform(n),

@@ -22,19 +22,19 @@ mod workspace;
 
 use hysteron_base::BadInput;
 
-pub use axes::{Axes, Tip};
-pub use controller::{Commands, Controller, Step};
-pub use dataset::{Dataset, Demonstration, Origin};
+pub use axes::{Axes, TipPosition};
+pub use controller::{Commands, Controller, SampleFlags};
+pub use dataset::{DataOrigin, Dataset, Demonstration};
 pub use delay::ahead;
 pub use features::{FeatureSpec, Features};
-pub use fit::Fitted;
+pub use fit::FittedController;
 pub use loss::LossWeights;
-pub use model::{Design, InverseModel};
-pub use path_point::{PathPoint, Smoothing};
+pub use model::{InverseDesign, InverseModel};
+pub use path_point::{PathPoint, PathSmoothing};
 pub use recurrent::{RecurrentOptions, fit_recurrent};
 pub use regression::StaticRegression;
 pub use windowed::{PUBLISHED, fit_windowed};
-pub use workspace::Workspace;
+pub use workspace::TipWorkspace;
 
 /// Result of a check that has no file to fail on.
 type Check<T> = std::result::Result<T, BadInput>;

@@ -8,13 +8,13 @@ use hysteron_learn::{Checkpoint, MAX_ROWS, Network, Normaliser, WeightFormat};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::{Axes, Check, FeatureSpec, StaticRegression, Workspace};
-use crate::{Limits, Result};
+use super::{Axes, Check, FeatureSpec, StaticRegression, TipWorkspace};
+use crate::{Result, StrokeLimits};
 
 /// How a path becomes the network's inputs, and its outputs strokes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Design {
+pub enum InverseDesign {
     /// The paper's: a sliding window of positions in, strokes out (eq. 12).
     Windowed {
         /// Samples of a window.
@@ -40,7 +40,7 @@ pub struct InverseModel {
     /// Channels that leave.
     pub outputs: Normaliser,
     /// How they are made and used.
-    pub design: Design,
+    pub design: InverseDesign,
     /// Number format of the recurrent design's weights while it commands.
     pub weights: WeightFormat,
     /// Number of tendons.
@@ -48,9 +48,9 @@ pub struct InverseModel {
     /// Duration of a sample [s].
     pub step_s: f64,
     /// Range of the training strokes, and their largest rate.
-    pub limits: Limits,
+    pub limits: StrokeLimits,
     /// Tip positions in training.
-    pub workspace: Workspace,
+    pub workspace: TipWorkspace,
     /// Hashes of the rig and the scene that it was trained for.
     pub robots: Vec<String>,
     /// Data, seed, scores, command.
@@ -66,7 +66,7 @@ const SAME_STEP: f64 = 0.01;
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Details {
-    design: Design,
+    design: InverseDesign,
     #[serde(default)]
     weights: WeightFormat,
     n_tendons: usize,
@@ -74,7 +74,7 @@ struct Details {
     stroke_min_m: f64,
     stroke_max_m: f64,
     stroke_rate_max_m_s: f64,
-    workspace: Workspace,
+    workspace: TipWorkspace,
     robots_sha256: Vec<String>,
     training: Value,
 }
@@ -120,7 +120,7 @@ impl InverseModel {
             weights: details.weights,
             n_tendons: details.n_tendons,
             step_s: details.step_s,
-            limits: Limits {
+            limits: StrokeLimits {
                 stroke: Bounds { min: details.stroke_min_m, max: details.stroke_max_m },
                 stroke_rate: details.stroke_rate_max_m_s,
             },
@@ -135,11 +135,11 @@ impl InverseModel {
     /// That the parts fit each other.
     fn check(&self) -> Check<()> {
         let n_inputs = match &self.design {
-            Design::Windowed { window } => {
+            InverseDesign::Windowed { window } => {
                 check_count("window", *window, MAX_ROWS)?;
                 self.axes().len()
             }
-            Design::Recurrent { features, regression } => {
+            InverseDesign::Recurrent { features, regression } => {
                 features.check()?;
                 if features.axes != self.axes() || !regression.is_for(features.axes) {
                     let of = |axes: Axes| axes.names().join(", ");
@@ -187,7 +187,7 @@ impl InverseModel {
 }
 
 /// Refuses limits that leave nothing or are not numbers.
-pub(super) fn check_limits(limits: &Limits) -> Check<()> {
+pub(super) fn check_limits(limits: &StrokeLimits) -> Check<()> {
     let Bounds { min, max } = limits.stroke;
     if !(min <= max && (max - min).is_finite()) {
         return Err(BadInput::new("strokes", "finite min <= max", format!("{min} to {max} m")));

@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Tip;
+use super::TipPosition;
 
 /// Which samples a line is drawn through.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Smoothing {
+pub enum PathSmoothing {
     /// As many before as after.
     Centred,
     /// The sample and those before: for a path that is not known in advance.
@@ -18,23 +18,23 @@ pub enum Smoothing {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathPoint {
     /// Position [m].
-    pub position: Tip,
+    pub position: TipPosition,
     /// Rate [m/s].
-    pub rate: Tip,
+    pub rate: TipPosition,
 }
 
 /// Smooths a path [m]: a straight line through the samples around each, over twice `half` samples, which leaves out
 /// those in `gap` unless there are no two others.
 pub(super) fn smooth(
-    path: &[Tip],
+    path: &[TipPosition],
     gap: &[bool],
     step: f64,
-    smoothing: Smoothing,
+    smoothing: PathSmoothing,
     half: usize,
 ) -> Vec<PathPoint> {
     let (before, after) = match smoothing {
-        Smoothing::Centred => (half, half),
-        Smoothing::Causal => (2 * half, 0),
+        PathSmoothing::Centred => (half, half),
+        PathSmoothing::Causal => (2 * half, 0),
     };
     let line = |i: usize| {
         let around = i.saturating_sub(before)..(i + after + 1).min(path.len());
@@ -49,7 +49,12 @@ pub(super) fn smooth(
 }
 
 /// The line of least squares through some samples, at sample `i`.
-fn line_through(samples: impl Iterator<Item = usize>, i: usize, path: &[Tip], step: f64) -> PathPoint {
+fn line_through(
+    samples: impl Iterator<Item = usize>,
+    i: usize,
+    path: &[TipPosition],
+    step: f64,
+) -> PathPoint {
     let (mut n, mut t1, mut t2, mut p, mut tp) = (0.0, 0.0, 0.0, [0.0; 3], [0.0; 3]);
     for j in samples {
         let t = (j as f64 - i as f64) * step;
@@ -69,13 +74,13 @@ mod tests {
     use super::*;
 
     /// Positions on a line, and what is measured of them.
-    fn line(n: usize) -> Vec<Tip> {
+    fn line(n: usize) -> Vec<TipPosition> {
         (0..n).map(|i| [2.0 * i as f64, -0.5 * i as f64, i as f64]).collect()
     }
 
     #[test]
     fn a_straight_path_comes_through_unchanged() {
-        for smoothing in [Smoothing::Centred, Smoothing::Causal] {
+        for smoothing in [PathSmoothing::Centred, PathSmoothing::Causal] {
             let path = line(30);
             let found = smooth(&path, &[false; 30], 0.1, smoothing, 5);
             for (i, (point, expected)) in found.iter().zip(&path).enumerate() {
@@ -83,7 +88,7 @@ mod tests {
                 let off = (0..3).map(|c| (point.position[c] - expected[c]).abs()).fold(0.0, f64::max);
                 assert!(off < 1e-12, "{smoothing:?} {i}: {off}");
                 // One sample has no rate.
-                let is_alone = smoothing == Smoothing::Causal && i == 0;
+                let is_alone = smoothing == PathSmoothing::Causal && i == 0;
                 let rate = if is_alone { [0.0; 3] } else { [20.0, -5.0, 10.0] };
                 assert!(
                     (0..3).all(|c| (point.rate[c] - rate[c]).abs() < 1e-11),
@@ -96,9 +101,9 @@ mod tests {
     #[test]
     fn causal_smoothing_does_not_look_ahead() {
         let (mut path, gap) = (line(30), [false; 30]);
-        let before = smooth(&path, &gap, 0.1, Smoothing::Causal, 5);
+        let before = smooth(&path, &gap, 0.1, PathSmoothing::Causal, 5);
         path[20] = [100.0; 3];
-        let after = smooth(&path, &gap, 0.1, Smoothing::Causal, 5);
+        let after = smooth(&path, &gap, 0.1, PathSmoothing::Causal, 5);
         assert_eq!(before[..20], after[..20]);
         assert_ne!(before[20], after[20]);
     }
@@ -106,9 +111,9 @@ mod tests {
     #[test]
     fn samples_that_were_filled_in_do_not_count() {
         let (mut path, mut gap) = (line(30), [false; 30]);
-        let clean = smooth(&path, &gap, 0.1, Smoothing::Centred, 5);
+        let clean = smooth(&path, &gap, 0.1, PathSmoothing::Centred, 5);
         (path[12], gap[12]) = ([1e6, -1e6, 1e6], true);
-        let found = smooth(&path, &gap, 0.1, Smoothing::Centred, 5);
+        let found = smooth(&path, &gap, 0.1, PathSmoothing::Centred, 5);
         for (point, expected) in found.iter().zip(&clean) {
             // As above: both are the line.
             assert!((0..3).all(|c| (point.position[c] - expected.position[c]).abs() < 1e-12));

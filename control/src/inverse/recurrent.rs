@@ -6,15 +6,16 @@ use std::ops::Range;
 
 use hysteron_base::{BadInput, json};
 use hysteron_learn::{
-    Evaluation, Network, Normaliser, SequenceOptions, SequenceTask, Sequences, Session, WeightFormat, mean,
+    Evaluation, Network, Normaliser, SequenceOptions, SequenceTask, Sequences, TrainingSession, WeightFormat,
+    mean,
 };
 use serde::{Deserialize, Serialize};
 
-use super::fit::{Fitted, Parts, Strokes, identity, run};
-use super::loss::{Loss, LossWeights, Row};
-use super::path_point::{PathPoint, Smoothing};
+use super::fit::{ControllerParts, FittedController, StrokeDesign, identity, run};
+use super::loss::{Loss, LossWeights, TrajectoryArrays};
+use super::path_point::{PathPoint, PathSmoothing};
 use super::smooth::{Smoothed, smoothed};
-use super::{Check, Dataset, Demonstration, Design, FeatureSpec, Features, StaticRegression};
+use super::{Check, Dataset, Demonstration, FeatureSpec, Features, InverseDesign, StaticRegression};
 use crate::Result;
 
 /// How to train.
@@ -24,10 +25,10 @@ pub struct RecurrentOptions {
     #[serde(flatten)]
     pub learning: SequenceOptions,
     /// Which samples positions and rates come from.
-    pub smoothing: Smoothing,
+    pub smoothing: PathSmoothing,
     /// Half the time that they span [s].
     pub half_width_s: f64,
-    /// Times ahead at which features of the path are taken [s]; with [`Smoothing::Causal`] and none, a path
+    /// Times ahead at which features of the path are taken [s]; with [`PathSmoothing::Causal`] and none, a path
     /// need not be known in advance.
     pub horizons_s: Vec<f64>,
     /// Speed at which the direction counts about half [m/s].
@@ -60,7 +61,7 @@ impl Default for RecurrentOptions {
                 input_noise: 0.3,
                 ema: 0.005,
             },
-            smoothing: Smoothing::Centred,
+            smoothing: PathSmoothing::Centred,
             half_width_s: 0.1,
             horizons_s: vec![0.1, 0.2, 0.4],
             slow_m_s: 1e-3,
@@ -120,8 +121,8 @@ impl RecurrentOptions {
 pub fn fit_recurrent(
     data: &Dataset,
     options: &RecurrentOptions,
-    session: &mut Session<'_>,
-) -> Result<Fitted> {
+    session: &mut TrainingSession<'_>,
+) -> Result<FittedController> {
     options.check()?;
     options.features(data, 0.0)?;
     let Smoothed { training, validation, delay_s, regression, regression_mm, without_delay_mm, workspace } =
@@ -149,10 +150,10 @@ pub fn fit_recurrent(
     let mut task = SequenceTask::new(&options.learning, &network, (options.seed, "inverse/noise"), sides)?;
     let training = identity("recurrent", json!(options), data);
     let outcome = run(&mut task, network, &training, session)?;
-    let parts = Parts {
+    let parts = ControllerParts {
         inputs,
         outputs,
-        design: Design::Recurrent { features: spec, regression },
+        design: InverseDesign::Recurrent { features: spec, regression },
         workspace,
         weights: options.weights,
         regressions_mm: [without_delay_mm, regression_mm],
@@ -180,7 +181,7 @@ impl Raw {
         raw
     }
 
-    fn row(&self, one: &Demonstration, inputs: &Normaliser, outputs: &Normaliser) -> Row {
+    fn row(&self, one: &Demonstration, inputs: &Normaliser, outputs: &Normaliser) -> TrajectoryArrays {
         let n_inputs = inputs.channels.len();
         let mut features = vec![0.0; self.features.len()];
         for (raw, out) in self.features.chunks_exact(n_inputs).zip(features.chunks_exact_mut(n_inputs)) {
@@ -189,7 +190,7 @@ impl Raw {
         let middle = outputs.channels.iter().map(|c| 0.5 * (c.min + c.max)).cycle();
         let offset = self.regression.iter().zip(&one.strokes).zip(middle);
         let mean = |i: usize| one.strokes_at(i).iter().sum::<f64>() / one.n_tendons as f64;
-        Row {
+        TrajectoryArrays {
             features,
             offset: offset
                 .map(|((found, stroke), middle)| (1e3 * (found + middle - stroke)) as f32)
@@ -223,7 +224,7 @@ fn output_ranges(all: &[Demonstration], raw: &[Raw]) -> Check<Normaliser> {
 
 /// Trajectories side by side.
 struct Trajectories<'a> {
-    rows: Vec<Row>,
+    rows: Vec<TrajectoryArrays>,
     loss: &'a Loss,
     n_inputs: usize,
     /// Width of the noise on normalised inputs.
@@ -236,7 +237,7 @@ impl Sequences for Trajectories<'_> {
     }
 
     fn longest(&self) -> usize {
-        self.rows.iter().map(Row::len).max().unwrap_or(0)
+        self.rows.iter().map(TrajectoryArrays::len).max().unwrap_or(0)
     }
 
     fn inputs(&mut self, samples: Range<usize>, noise: &mut dyn FnMut() -> f32) -> Vec<f32> {
@@ -264,7 +265,7 @@ impl Sequences for Trajectories<'_> {
     }
 }
 
-impl Strokes for SequenceTask<'_, Trajectories<'_>> {
+impl StrokeDesign for SequenceTask<'_, Trajectories<'_>> {
     fn squares(&mut self, network: &Network) -> hysteron_learn::Result<Vec<f64>> {
         Ok(self.evaluate(network)?.mean_squares())
     }

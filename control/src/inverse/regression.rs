@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::path_point::PathPoint;
-use super::{Axes, Demonstration, Tip};
+use super::{Axes, Demonstration, TipPosition};
 
 /// Monomials of x and y up to the third degree, then those that have z too.
 const N_PLANAR: usize = 10;
@@ -33,7 +33,7 @@ impl StaticRegression {
         demonstrations: &[Demonstration],
         paths: &[Vec<PathPoint>],
     ) -> Result<Self, BadInput> {
-        let distance = |[x, y, z]: Tip| x.hypot(y).hypot(z);
+        let distance = |[x, y, z]: TipPosition| x.hypot(y).hypot(z);
         let radius_m = paths.iter().flatten().map(|point| distance(point.position)).fold(0.0, f64::max);
         let n = n_monomials(axes);
         let n_tendons = demonstrations[0].n_tendons;
@@ -93,7 +93,7 @@ impl StaticRegression {
     }
 
     /// Writes the strokes (n_tendons) [m] for a tip.
-    pub fn strokes_into(&self, tip: Tip, strokes: &mut [f64]) {
+    pub fn strokes_into(&self, tip: TipPosition, strokes: &mut [f64]) {
         let monomials = monomials(tip, self.radius_m);
         for (stroke, row) in strokes.iter_mut().zip(&self.coefficients) {
             *stroke = row.iter().zip(&monomials).map(|(c, m)| c * m).sum();
@@ -109,7 +109,7 @@ fn n_monomials(axes: Axes) -> usize {
 }
 
 #[rustfmt::skip] // a degree a line
-fn monomials(tip: Tip, radius: f64) -> [f64; N_SPATIAL] {
+fn monomials(tip: TipPosition, radius: f64) -> [f64; N_SPATIAL] {
     let [x, y, z] = tip.map(|c| c / radius);
     [
         1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y,

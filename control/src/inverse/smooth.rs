@@ -3,8 +3,8 @@
 use hysteron_base::BadInput;
 
 use super::delay::{ahead, fit_delay};
-use super::path_point::{PathPoint, Smoothing, smooth};
-use super::{Dataset, Demonstration, StaticRegression, Workspace};
+use super::path_point::{PathPoint, PathSmoothing, smooth};
+use super::{Dataset, Demonstration, StaticRegression, TipWorkspace};
 
 /// The paths of a data set, smoothed, and as far ahead of themselves as the tip comes after its strokes.
 pub(super) struct Smoothed {
@@ -21,13 +21,13 @@ pub(super) struct Smoothed {
     /// The same of a regression without delay.
     pub without_delay_mm: Vec<f64>,
     /// Where the tip was in training.
-    pub workspace: Workspace,
+    pub workspace: TipWorkspace,
 }
 
 /// Smooths all paths, finds the delay, up to `largest_delay` [s], and fits what else has no memory.
 pub(super) fn smoothed(
     data: &Dataset,
-    smoothing: Smoothing,
+    smoothing: PathSmoothing,
     half_width: f64,
     largest_delay: f64,
 ) -> Result<Smoothed, BadInput> {
@@ -37,7 +37,7 @@ pub(super) fn smoothed(
     };
     let (mut training, mut validation) = (paths(&data.training), paths(&data.validation));
     let workspace =
-        Workspace::new(data.axes, training.iter().flatten().map(|point| point.position).collect());
+        TipWorkspace::new(data.axes, training.iter().flatten().map(|point| point.position).collect());
     let fit = |training: &[Vec<PathPoint>], validation: &[Vec<PathPoint>]| {
         let regression = StaticRegression::new(data.axes, &data.training, training)?;
         let errors = regression.squares(&data.validation, validation).into_iter().map(f64::sqrt).collect();

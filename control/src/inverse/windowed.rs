@@ -3,14 +3,14 @@
 
 use hysteron_base::{BadInput, json};
 use hysteron_learn::{
-    ChannelRange, Head, Network, Normaliser, Session, WeightFormat, WindowOptions, WindowTask,
-    WindowedSequence,
+    ChannelRange, HeadActivation, Network, Normaliser, TrainingSession, WeightFormat, WindowOptions,
+    WindowTask, WindowedSequence,
 };
 
-use super::fit::{Fitted, Parts, Strokes, identity, run};
-use super::path_point::Smoothing;
+use super::fit::{ControllerParts, FittedController, StrokeDesign, identity, run};
+use super::path_point::PathSmoothing;
 use super::smooth::{Smoothed, smoothed};
-use super::{Check, Dataset, Demonstration, Design, Tip};
+use super::{Check, Dataset, Demonstration, InverseDesign, TipPosition};
 use crate::Result;
 
 /// As published, but for the decay of the step size: the paper names a `StepLR` and not its numbers.
@@ -40,24 +40,28 @@ const LARGEST_DELAY_S: f64 = 0.5;
 ///
 /// # Errors
 /// Options out of range, a file to go on from that belongs to another training, training that leaves finite numbers.
-pub fn fit_windowed(data: &Dataset, options: &WindowOptions, session: &mut Session<'_>) -> Result<Fitted> {
+pub fn fit_windowed(
+    data: &Dataset,
+    options: &WindowOptions,
+    session: &mut TrainingSession<'_>,
+) -> Result<FittedController> {
     options.check()?;
     let Smoothed { without_delay_mm, regression_mm, delay_s, workspace, .. } =
-        smoothed(data, Smoothing::Centred, HALF_WIDTH_S, LARGEST_DELAY_S)?;
+        smoothed(data, PathSmoothing::Centred, HALF_WIDTH_S, LARGEST_DELAY_S)?;
     let (inputs, outputs) = (input_ranges(data)?, output_ranges(data)?);
     let paths = [&data.training, &data.validation]
         .map(|all| all.iter().map(|one| normalised(one, &inputs, &outputs)).collect());
-    let architecture = options.architecture(data.axes.len(), data.n_tendons, Head::Linear);
+    let architecture = options.architecture(data.axes.len(), data.n_tendons, HeadActivation::Linear);
     architecture.check_training([options.window, options.batch], 1)?;
     let network = Network::new(&architecture, options.seed)?;
     let training = identity("paper", json!(options), data);
     let mut task = WindowTask::new(options, &network, &outputs, 1e3, paths)?;
     let outcome = run(&mut task, network, &training, session)?;
     let floor_error = task.gradient_floor_error(&outcome.result.model)?;
-    let parts = Parts {
+    let parts = ControllerParts {
         inputs,
         outputs,
-        design: Design::Windowed { window: options.window },
+        design: InverseDesign::Windowed { window: options.window },
         workspace,
         weights: WeightFormat::Float32,
         regressions_mm: [without_delay_mm, regression_mm],
@@ -68,7 +72,7 @@ pub fn fit_windowed(data: &Dataset, options: &WindowOptions, session: &mut Sessi
     Ok(fitted)
 }
 
-impl Strokes for WindowTask<'_> {
+impl StrokeDesign for WindowTask<'_> {
     fn squares(&mut self, network: &Network) -> hysteron_learn::Result<Vec<f64>> {
         WindowTask::squares(self, network)
     }
@@ -106,7 +110,7 @@ fn normalised(one: &Demonstration, inputs: &Normaliser, outputs: &Normaliser) ->
 }
 
 /// A path as input of the network (n × axes).
-pub(super) fn normalised_path(path: &[Tip], inputs: &Normaliser) -> Vec<f32> {
+pub(super) fn normalised_path(path: &[TipPosition], inputs: &Normaliser) -> Vec<f32> {
     let n = inputs.channels.len();
     let mut values = vec![0.0; n * path.len()];
     for (tip, out) in path.iter().zip(values.chunks_exact_mut(n)) {
@@ -123,9 +127,9 @@ mod tests {
     fn the_network_is_the_published_one() {
         // Section V-B c: windows of 200 × 2, two layers of 512 with dropout 0.1, linear head to 4 strokes.
         // Parameters by hand: 4·512·(2 + 512 + 1) + 4·512·(512 + 512 + 1) + 4·(512 + 1).
-        let architecture = PUBLISHED.architecture(2, 4, Head::Linear);
+        let architecture = PUBLISHED.architecture(2, 4, HeadActivation::Linear);
         assert_eq!((PUBLISHED.window, PUBLISHED.batch, PUBLISHED.epochs), (200, 256, 30));
-        assert_eq!((architecture.dropout, architecture.head), (0.1, Head::Linear));
+        assert_eq!((architecture.dropout, architecture.head), (0.1, HeadActivation::Linear));
         assert_eq!(
             (PUBLISHED.learning_rate, PUBLISHED.decay_epochs, PUBLISHED.decay_factor),
             (1e-3, 10, 0.5)

@@ -1,12 +1,12 @@
 //! Where the tip has been in training: the convex hull of its x and y, and the range of its z.
 
-use super::{Axes, Tip};
+use super::{Axes, TipPosition};
 use serde::{Deserialize, Serialize};
 
 /// A convex region of the tip's x and y; of a tip in space, a prism over it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Workspace {
+pub struct TipWorkspace {
     /// Corners of the hull, counter-clockwise [m].
     pub corners_m: Vec<[f64; 2]>,
     /// Smallest and largest z; none in the plane [m].
@@ -19,13 +19,13 @@ fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-impl Workspace {
+impl TipWorkspace {
     /// That of finite points.
     ///
     /// # Reference
     /// Andrew (1979), Another efficient algorithm for convex hulls in two dimensions.
-    pub fn new(axes: Axes, tips: Vec<Tip>) -> Self {
-        let range = |[min, max]: [f64; 2], tip: &Tip| [min.min(tip[2]), max.max(tip[2])];
+    pub fn new(axes: Axes, tips: Vec<TipPosition>) -> Self {
+        let range = |[min, max]: [f64; 2], tip: &TipPosition| [min.min(tip[2]), max.max(tip[2])];
         let height = || tips.iter().fold([f64::INFINITY, f64::NEG_INFINITY], range);
         let height_m = (axes == Axes::Spatial).then(height);
         let mut points: Vec<[f64; 2]> = tips.iter().map(|tip| [tip[0], tip[1]]).collect();
@@ -73,7 +73,7 @@ impl Workspace {
     }
 
     /// Whether a point lies further than `margin` outside [m]; a hull without area has no inside, and neither has NaN.
-    pub fn is_outside(&self, tip: Tip, margin: f64) -> bool {
+    pub fn is_outside(&self, tip: TipPosition, margin: f64) -> bool {
         let point = [tip[0], tip[1]];
         let is_level = |[min, max]: [f64; 2]| (min - margin..=max + margin).contains(&tip[2]);
         if !self.height_m.is_none_or(is_level) {
@@ -95,8 +95,8 @@ mod tests {
     #[test]
     fn the_hull_of_a_square_is_its_corners() {
         let grid = (0..25).map(|k| [f64::from(k % 5), f64::from(k / 5), f64::from(k)]).collect::<Vec<_>>();
-        let spatial = Workspace::new(Axes::Spatial, grid.clone());
-        let workspace = Workspace::new(Axes::Planar, grid);
+        let spatial = TipWorkspace::new(Axes::Spatial, grid.clone());
+        let workspace = TipWorkspace::new(Axes::Planar, grid);
         assert_eq!(workspace.width(), 4.0);
         assert_eq!(workspace.area(), 16.0);
         assert_eq!(workspace.corners_m, [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]);
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn a_line_has_no_inside() {
-        let workspace = Workspace::new(Axes::Planar, vec![[0.0; 3], [1.0; 3], [2.0; 3]]);
+        let workspace = TipWorkspace::new(Axes::Planar, vec![[0.0; 3], [1.0; 3], [2.0; 3]]);
         assert!(workspace.is_outside([1.0; 3], 0.1));
     }
 }

@@ -1,7 +1,7 @@
 //! The one conversion from what was typed to a curve with a timing, and every bound of a target.
 
-use super::outline::{MAX_CROSSING_POINTS, Outline, Point, distance};
-use super::schema::{Curve, Family, TargetFile};
+use super::outline::{MAX_CROSSING_POINTS, Outline, OutlinePoint, distance};
+use super::schema::{CurveFamily, CurveTable, TargetFile};
 use super::timing::Ramped;
 use super::{csv, family, svg};
 use crate::Result;
@@ -50,11 +50,11 @@ pub(super) struct Valid {
 }
 
 /// A curve before it is placed.
-struct Drawn {
+struct UnplacedCurve {
     /// Where it stands, for messages.
     place: String,
     family: &'static str,
-    points: Vec<Point>,
+    points: Vec<OutlinePoint>,
     is_closed: bool,
     is_planar: bool,
     may_cross: bool,
@@ -77,8 +77,9 @@ pub(super) fn target(typed: TargetFile, folder: &Path) -> Result<Valid> {
     let centre = centre(typed.centre_mm.as_deref(), drawn.is_planar)?;
     let rotation = finite("rotation_deg", typed.rotation_deg.unwrap_or(0.0))?;
     let (sin, cos) = rotation.sin_cos();
-    let placed =
-        |[x, y, z]: Point| [centre[0] + cos * x - sin * y, centre[1] + sin * x + cos * y, centre[2] + z];
+    let placed = |[x, y, z]: OutlinePoint| {
+        [centre[0] + cos * x - sin * y, centre[1] + sin * x + cos * y, centre[2] + z]
+    };
     let within = |bad: BadInput| bad.within(&drawn.place);
     let mut outline = Outline::new(drawn.points, drawn.is_closed).map_err(within)?.mapped(placed)?;
     if typed.direction == Some(Direction::Clockwise) {
@@ -153,7 +154,7 @@ fn check_lead(outline: &Outline, lead_in: f64, rate_hz: f64) -> Check<()> {
     require("lead_in_s", &expected, lead_in, is_right).map(|_| ())
 }
 
-fn centre(typed: Option<&[f64]>, is_planar: bool) -> Check<Point> {
+fn centre(typed: Option<&[f64]>, is_planar: bool) -> Check<OutlinePoint> {
     const KEY: &str = "centre_mm";
     let typed = typed.unwrap_or(&[0.0, 0.0]);
     let n = if is_planar { 2..=2 } else { 2..=3 };
@@ -169,22 +170,22 @@ fn centre(typed: Option<&[f64]>, is_planar: bool) -> Check<Point> {
 }
 
 /// Keys of each family next to `family`; the required ones first, their number after them.
-fn keys(family: Family) -> (&'static str, &'static [&'static str], usize) {
+fn keys(family: CurveFamily) -> (&'static str, &'static [&'static str], usize) {
     match family {
-        Family::Circle => ("circle", &["size_mm"], 1),
-        Family::Diamond => ("diamond", &["size_mm"], 1),
-        Family::Square => ("square", &["size_mm"], 1),
-        Family::Lissajous => ("lissajous", &["size_mm", "width_mm", "cycles", "phase_deg"], 4),
-        Family::FigureEight => ("figure_eight", &["size_mm"], 1),
-        Family::Ellipse => ("ellipse", &["size_mm", "aspect"], 2),
-        Family::Rose => ("rose", &["size_mm", "k"], 2),
-        Family::Spiral => ("spiral", &["size_mm", "turns"], 2),
-        Family::Polyline => ("polyline", &["points_mm", "closed", "may_cross"], 1),
-        Family::Outline => ("outline", &["file", "closed", "may_cross"], 1),
+        CurveFamily::Circle => ("circle", &["size_mm"], 1),
+        CurveFamily::Diamond => ("diamond", &["size_mm"], 1),
+        CurveFamily::Square => ("square", &["size_mm"], 1),
+        CurveFamily::Lissajous => ("lissajous", &["size_mm", "width_mm", "cycles", "phase_deg"], 4),
+        CurveFamily::FigureEight => ("figure_eight", &["size_mm"], 1),
+        CurveFamily::Ellipse => ("ellipse", &["size_mm", "aspect"], 2),
+        CurveFamily::Rose => ("rose", &["size_mm", "k"], 2),
+        CurveFamily::Spiral => ("spiral", &["size_mm", "turns"], 2),
+        CurveFamily::Polyline => ("polyline", &["points_mm", "closed", "may_cross"], 1),
+        CurveFamily::Outline => ("outline", &["file", "closed", "may_cross"], 1),
     }
 }
 
-fn check_keys(typed: &Curve) -> Check<&'static str> {
+fn check_keys(typed: &CurveTable) -> Check<&'static str> {
     let (name, allowed, n_required) = keys(typed.family);
     let given = [
         ("size_mm", typed.size_mm.is_some()),
@@ -211,11 +212,11 @@ fn check_keys(typed: &Curve) -> Check<&'static str> {
     Ok(name)
 }
 
-fn curve(typed: &Curve, folder: &Path) -> Result<Drawn> {
+fn curve(typed: &CurveTable, folder: &Path) -> Result<UnplacedCurve> {
     let family = check_keys(typed)?;
     // What is required was found above.
     let size = typed.size_mm.map_or(Ok(0.0), |size| between("curve.size_mm", size, [SHORTEST, LONGEST]))?;
-    let drawn = |points, is_closed, may_cross| Drawn {
+    let drawn = |points, is_closed, may_cross| UnplacedCurve {
         place: "curve".to_owned(),
         family,
         points,
@@ -225,41 +226,41 @@ fn curve(typed: &Curve, folder: &Path) -> Result<Drawn> {
         file: String::new(),
     };
     Ok(match typed.family {
-        Family::Circle => drawn(family::circle(size), true, true),
-        Family::Diamond => drawn(family::diamond(size), true, true),
-        Family::Square => drawn(family::square(size), true, true),
-        Family::FigureEight => drawn(family::figure_eight(size), true, true),
-        Family::Ellipse => {
+        CurveFamily::Circle => drawn(family::circle(size), true, true),
+        CurveFamily::Diamond => drawn(family::diamond(size), true, true),
+        CurveFamily::Square => drawn(family::square(size), true, true),
+        CurveFamily::FigureEight => drawn(family::figure_eight(size), true, true),
+        CurveFamily::Ellipse => {
             let aspect = typed.aspect.unwrap_or_default();
             require("curve.aspect", "0 < aspect <= 1", aspect, aspect > 0.0 && aspect <= 1.0)?;
             drawn(family::ellipse(size, aspect), true, true)
         }
-        Family::Rose => {
+        CurveFamily::Rose => {
             let k = typed.k.unwrap_or_default();
             require("curve.k", "2 to 8", f64::from(k), (2..=8).contains(&k))?;
             drawn(family::rose(size, k), true, true)
         }
-        Family::Spiral => {
+        CurveFamily::Spiral => {
             let turns = positive("curve.turns", typed.turns.unwrap_or_default())?;
             require("curve.turns", "at most 100", turns, turns <= 100.0)?;
             drawn(family::spiral(size, turns), false, true)
         }
-        Family::Lissajous => {
+        CurveFamily::Lissajous => {
             let width = between("curve.width_mm", typed.width_mm.unwrap_or_default(), [SHORTEST, LONGEST])?;
             let phase = finite("curve.phase_deg", typed.phase_deg.unwrap_or_default())?;
             let cycles = cycles(typed.cycles.unwrap_or_default().0)?;
             drawn(family::lissajous(width, size, cycles, phase), true, true)
         }
-        Family::Polyline => {
+        CurveFamily::Polyline => {
             let (points, is_planar) = points(typed.points_mm.as_deref().unwrap_or_default())?;
             let is_closed = typed.closed.unwrap_or(points.first() == points.last());
-            Drawn { is_planar, ..drawn(points, is_closed, typed.may_cross.unwrap_or(false)) }
+            UnplacedCurve { is_planar, ..drawn(points, is_closed, typed.may_cross.unwrap_or(false)) }
         }
-        Family::Outline => {
+        CurveFamily::Outline => {
             let name = typed.file.as_deref().unwrap_or_default();
             let (points, is_closed, is_planar, file) = outline_file(name, folder)?;
             let is_closed = typed.closed.unwrap_or(is_closed);
-            Drawn {
+            UnplacedCurve {
                 is_planar,
                 file,
                 place: folder.join(name).display().to_string(),
@@ -280,7 +281,7 @@ fn cycles(typed: [u32; 2]) -> Check<[u32; 2]> {
 }
 
 /// Points as typed, all with x and y or all with x, y and z; and whether they are planar.
-fn points(typed: &[Vec<f64>]) -> Check<(Vec<Point>, bool)> {
+fn points(typed: &[Vec<f64>]) -> Check<(Vec<OutlinePoint>, bool)> {
     check_at_most("curve.points_mm", typed.len(), MAX_CROSSING_POINTS)?;
     let n = typed.first().map_or(2, Vec::len);
     let mut points = Vec::new();
@@ -299,7 +300,7 @@ fn points(typed: &[Vec<f64>]) -> Check<(Vec<Point>, bool)> {
 }
 
 /// Points of an outline in a file, whether they close, whether they are planar, and the text of the file.
-fn outline_file(name: &str, folder: &Path) -> Result<(Vec<Point>, bool, bool, String)> {
+fn outline_file(name: &str, folder: &Path) -> Result<(Vec<OutlinePoint>, bool, bool, String)> {
     let path = folder.join(name);
     let place = path.display().to_string();
     let kind = path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase);

@@ -1,13 +1,13 @@
 //! Outlines as CSV: columns `x_mm,y_mm` or `x_m,y_m`, and z where the outline leaves the plane; the only module of
 //! this crate that knows the `csv` crate.
 
-use super::outline::{MAX_CROSSING_POINTS, Point};
+use super::outline::{MAX_CROSSING_POINTS, OutlinePoint};
 use hysteron_base::BadInput;
 use hysteron_base::size::check_at_most;
 use hysteron_base::units::Unit;
 
 /// The points [m] in the text of a file, and whether they have a z.
-pub(super) fn read(text: &str) -> Result<(Vec<Point>, bool), BadInput> {
+pub(super) fn read(text: &str) -> Result<(Vec<OutlinePoint>, bool), BadInput> {
     let text = text.trim_start_matches('\u{feff}'); // spreadsheets put it there
     let mut reader =
         ::csv::ReaderBuilder::new().comment(Some(b'#')).trim(::csv::Trim::All).from_reader(text.as_bytes());

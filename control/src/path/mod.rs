@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 
-pub use outline::{Outline, Point};
+pub use outline::{Outline, OutlinePoint};
 pub use span::PathSpan;
 
 /// Curves that have a name on the command line, as in `circle:40`, and what is written for them in `[curve]`; `SIZE`
@@ -66,7 +66,7 @@ pub struct TargetPath {
     /// The curve without time, one lap of it.
     pub outline: Outline,
     /// Where the tip is to be (n_samples), from where it rests [m].
-    points: Vec<Point>,
+    points: Vec<OutlinePoint>,
     /// Samples at which a lap begins, and that at which the last one ends; at least two.
     bounds: Vec<usize>,
 }
@@ -219,7 +219,7 @@ impl TargetPath {
         bounds.push(start + n_curve);
 
         let (first, last) = (outline.at(0.0), outline.at(length));
-        let lead = |i: usize, to: Point| {
+        let lead = |i: usize, to: OutlinePoint| {
             let part = rise(i as f64 / n_lead as f64);
             outline::between([0.0; 3], to, part)
         };
@@ -237,7 +237,7 @@ impl TargetPath {
     }
 
     /// Where the tip is to be (n_samples), from where it rests [m]; sample i is at time i / rate.
-    pub fn points(&self) -> &[Point] {
+    pub fn points(&self) -> &[OutlinePoint] {
         &self.points
     }
 
@@ -309,7 +309,7 @@ impl TargetPath {
         let rate_hz = recording.rate_hz().filter(|_| recording.time()[0] == 0.0).ok_or_else(|| {
             BadInput::new("time_s", "a fixed rate from 0 s on", format!("{} s", recording.time()[0]))
         })?;
-        let points: Vec<Point> = (0..x.len()).map(|i| [x[i], y[i], z.map_or(0.0, |z| z[i])]).collect();
+        let points: Vec<OutlinePoint> = (0..x.len()).map(|i| [x[i], y[i], z.map_or(0.0, |z| z[i])]).collect();
         let laps = of("target.laps_s")?;
         let sample = |text: &str| Some((text.parse::<f64>().ok()? * rate_hz).round() as usize);
         let bounds: Option<Vec<usize>> = laps.split_whitespace().map(sample).collect();

@@ -6,7 +6,7 @@ use hysteron_base::BadInput;
 pub(super) const MAX_CROSSING_POINTS: usize = 500_000;
 
 /// A point relative to the robot's rest [m]; z is 0 where a target is planar.
-pub type Point = [f64; 3];
+pub type OutlinePoint = [f64; 3];
 
 /// Points nearer than this are one [m].
 const SAME: f64 = 1e-12;
@@ -15,7 +15,7 @@ const SAME: f64 = 1e-12;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outline {
     /// Points in order [m]; the last is the first again where the line is closed.
-    line: Vec<Point>,
+    line: Vec<OutlinePoint>,
     /// Length from the first point to each (points) [m].
     arc: Vec<f64>,
 }
@@ -25,7 +25,7 @@ impl Outline {
     ///
     /// # Errors
     /// `BadInput` if a coordinate is not finite, or if fewer than three different points in a row are left.
-    pub fn new(mut points: Vec<Point>, is_closed: bool) -> Result<Self, BadInput> {
+    pub fn new(mut points: Vec<OutlinePoint>, is_closed: bool) -> Result<Self, BadInput> {
         if let Some(i) = points.iter().position(|point| point.iter().any(|c| !c.is_finite())) {
             let place = format!("point {}", i + 1);
             return Err(BadInput::new(place, "finite coordinates", format!("{:?}", points[i])));
@@ -48,7 +48,7 @@ impl Outline {
     }
 
     /// Its points in order [m]; the last is the first again where it is closed.
-    pub fn points(&self) -> &[Point] {
+    pub fn points(&self) -> &[OutlinePoint] {
         &self.line
     }
 
@@ -63,7 +63,7 @@ impl Outline {
     }
 
     /// The point after this length along it [m]; its ends where that is outside.
-    pub fn at(&self, length: f64) -> Point {
+    pub fn at(&self, length: f64) -> OutlinePoint {
         let next = self.arc.partition_point(|arc| *arc <= length).clamp(1, self.arc.len() - 1);
         let (from, to) = (self.arc[next - 1], self.arc[next]);
         let part = ((length - from) / (to - from)).clamp(0.0, 1.0);
@@ -71,7 +71,7 @@ impl Outline {
     }
 
     /// Points at equal lengths along it, ends included: as many as no two are farther apart than `spacing` [m].
-    pub fn evenly(&self, spacing: f64) -> Vec<Point> {
+    pub fn evenly(&self, spacing: f64) -> Vec<OutlinePoint> {
         let n = (self.length() / spacing).ceil().max(2.0) as usize;
         (0..=n).map(|i| self.at(self.length() * i as f64 / n as f64)).collect()
     }
@@ -96,7 +96,7 @@ impl Outline {
     }
 
     /// The same line in another frame: every point mapped.
-    pub(super) fn mapped(&self, map: impl Fn(Point) -> Point) -> Result<Self, BadInput> {
+    pub(super) fn mapped(&self, map: impl Fn(OutlinePoint) -> OutlinePoint) -> Result<Self, BadInput> {
         Self::new(self.line.iter().map(|point| map(*point)).collect(), self.is_closed())
     }
 
@@ -106,11 +106,11 @@ impl Outline {
     }
 }
 
-pub(super) fn distance(a: Point, b: Point) -> f64 {
+pub(super) fn distance(a: OutlinePoint, b: OutlinePoint) -> f64 {
     (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
 }
 
-pub(super) fn between(a: Point, b: Point, part: f64) -> Point {
+pub(super) fn between(a: OutlinePoint, b: OutlinePoint, part: f64) -> OutlinePoint {
     std::array::from_fn(|c| a[c] + part * (b[c] - a[c]))
 }
 

@@ -1,7 +1,7 @@
 //! A target exactly as typed: one field per key, units still in the names. Only `convert.rs` reads these.
 
 use crate::plan::Direction;
-use hysteron_base::schema::Array;
+use hysteron_base::schema::FixedArray;
 use serde::Deserialize;
 
 #[derive(Debug, Deserialize)]
@@ -19,16 +19,16 @@ pub(super) struct TargetFile {
     pub centre_mm: Option<Vec<f64>>,
     pub rotation_deg: Option<f64>,
     pub direction: Option<Direction>,
-    pub curve: Curve,
+    pub curve: CurveTable,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Curve {
-    pub family: Family,
+pub(super) struct CurveTable {
+    pub family: CurveFamily,
     pub size_mm: Option<f64>,
     pub width_mm: Option<f64>,
-    pub cycles: Option<Array<u32, 2>>,
+    pub cycles: Option<FixedArray<u32, 2>>,
     pub phase_deg: Option<f64>,
     pub turns: Option<f64>,
     pub aspect: Option<f64>,
@@ -41,7 +41,7 @@ pub(super) struct Curve {
 
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Family {
+pub(super) enum CurveFamily {
     Circle,
     Diamond,
     Square,

@@ -7,7 +7,7 @@
 //! a drawing and up here. The arcs of a path (A) are kept within 0.03 % of their radius. Where on the page it stands
 //! says nothing: its bounding box is centred.
 
-use super::outline::{MAX_CROSSING_POINTS, Point};
+use super::outline::{MAX_CROSSING_POINTS, OutlinePoint};
 use hysteron_base::BadInput;
 use hysteron_base::size::check_at_most;
 use kurbo::{Affine, BezPath, Circle, Ellipse, PathEl, RoundedRect, Shape};
@@ -39,7 +39,7 @@ const LONGEST_SIDE: f64 = 100.0;
 const HIDDEN: [&str; 7] = ["defs", "symbol", "clipPath", "mask", "marker", "pattern", "linearGradient"];
 
 /// The points [m] of the one outline in a drawing, centred, and whether it is closed.
-pub(super) fn read(text: &str) -> Check<(Vec<Point>, bool)> {
+pub(super) fn read(text: &str) -> Check<(Vec<OutlinePoint>, bool)> {
     check_markup(text)?;
     check_entities(text)?;
     let options = ParsingOptions { allow_dtd: true, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
@@ -235,7 +235,7 @@ fn check_number(place: &str, number: f64) -> Check<f64> {
 }
 
 /// Points of a path in metres, its bounding box centred.
-fn points(path: &BezPath) -> Check<(Vec<Point>, bool)> {
+fn points(path: &BezPath) -> Check<(Vec<OutlinePoint>, bool)> {
     if !path.is_finite() {
         return Err(BadInput::new("SVG", "finite coordinates", "others"));
     }

@@ -1,8 +1,11 @@
 //! The one conversion from what was typed to what is valid, and every bound of a plan.
 
 use super::draw::drawn;
-use super::schema::Family as Typed;
-use super::{Direction, Envelope, Family, Limits, Motion, Plan, Role, Space, Tendons, Trajectory, schema};
+use super::schema::FamilyName as Typed;
+use super::{
+    CurveMotion, Direction, Envelope, Family, Plan, Space, StrokeLimits, TendonMapping, Trajectory,
+    TrajectoryRole, schema,
+};
 use hysteron_base::schema::{between, check_header, finite, not_negative, positive, require, text};
 use hysteron_base::size::{check_at_most, check_memory};
 use hysteron_base::{BadInput, Bounds, rng};
@@ -32,7 +35,7 @@ pub(super) fn plan(typed: schema::PlanFile, hash: String) -> Check<Plan> {
     let vary = require("vary", "0 <= vary < 1", vary, (0.0..1.0).contains(&vary))?;
     let rest_before = not_negative("rest_before_s", typed.rest_before_s)?;
     let rest_after = not_negative("rest_after_s", typed.rest_after_s)?;
-    let tendons = Tendons {
+    let tendons = TendonMapping {
         angles: angles(&typed.tendon_angles_deg)?,
         release: not_negative("release", typed.release)?,
         co_contraction: not_negative("co_contraction_mm", typed.co_contraction_mm.unwrap_or(0.0))?,
@@ -50,7 +53,7 @@ pub(super) fn plan(typed: schema::PlanFile, hash: String) -> Check<Plan> {
         }
     }
     let stroke_max = between("stroke_max_mm", typed.stroke_max_mm, [1e-6, LONGEST])?;
-    let limits = Limits {
+    let limits = StrokeLimits {
         stroke: Bounds { min: -stroke_max, max: stroke_max },
         stroke_rate: between("stroke_rate_max_mm_s", typed.stroke_rate_max_mm_s, [1e-6, LONGEST])?,
     };
@@ -115,7 +118,7 @@ fn file_name(key: &str, typed: &str) -> Check<String> {
     Ok(typed.to_owned())
 }
 
-fn motion(name: &str, typed: &schema::Trajectory, scale: f64) -> Check<Motion> {
+fn motion(name: &str, typed: &schema::TrajectoryTable, scale: f64) -> Check<CurveMotion> {
     let key = |key: &str| format!("trajectory.{name}.{key}");
     let is_circle = typed.family == Typed::Circle;
     let orientation = match (typed.orientation_deg, is_circle) {
@@ -151,7 +154,7 @@ fn motion(name: &str, typed: &schema::Trajectory, scale: f64) -> Check<Motion> {
     let amplitude = positive(&key("amplitude_mm"), typed.amplitude_mm)?;
     let scaled = amplitude * scale;
     require(&key("amplitude_mm"), "a size that can be scaled", typed.amplitude_mm, scaled.is_normal())?;
-    Ok(Motion {
+    Ok(CurveMotion {
         family,
         amplitude: scaled,
         frequency,
@@ -167,7 +170,7 @@ fn motion(name: &str, typed: &schema::Trajectory, scale: f64) -> Check<Motion> {
 }
 
 /// The family with its own number, of which no other family has one.
-fn family(key: &dyn Fn(&str) -> String, typed: &schema::Trajectory) -> Check<Family> {
+fn family(key: &dyn Fn(&str) -> String, typed: &schema::TrajectoryTable) -> Check<Family> {
     let own = [
         (
             "aspect",
@@ -205,7 +208,7 @@ fn family(key: &dyn Fn(&str) -> String, typed: &schema::Trajectory) -> Check<Fam
 
 /// Changes amplitude and frequency by up to this part of themselves, and orientation by up to this part of a
 /// quarter turn. Each trajectory has a stream of its own, so another one in the plan changes nothing.
-fn vary_by(part: f64, motion: &mut Motion, seed: u64, name: &str) {
+fn vary_by(part: f64, motion: &mut CurveMotion, seed: u64, name: &str) {
     if part == 0.0 {
         return;
     }
@@ -261,15 +264,15 @@ fn check_sampling(trajectory: &Trajectory) -> Check<()> {
 
 /// Validation stays within the amplitudes of the training, and what is called out of range is beyond them.
 fn check_roles(trajectories: &[Trajectory]) -> Check<()> {
-    let training = trajectories.iter().filter(|trajectory| trajectory.role == Role::Training);
+    let training = trajectories.iter().filter(|trajectory| trajectory.role == TrajectoryRole::Training);
     let Some(largest) = training.map(|trajectory| trajectory.motion.amplitude).reduce(f64::max) else {
         return Ok(()); // a plan of checks alone: what they are checked against is elsewhere
     };
     for Trajectory { name, role, motion, .. } in trajectories {
         let (is_right, expected) = match role {
-            Role::Training => (true, ""),
-            Role::Validation => (motion.amplitude <= largest, "at most"),
-            Role::OutOfRange => (motion.amplitude > largest, "above"),
+            TrajectoryRole::Training => (true, ""),
+            TrajectoryRole::Validation => (motion.amplitude <= largest, "at most"),
+            TrajectoryRole::OutOfRange => (motion.amplitude > largest, "above"),
         };
         if !is_right {
             let place = format!("trajectory.{name}.amplitude_mm");

@@ -5,8 +5,8 @@
 //! whatever the seed, small and large ones are there. Everything else is drawn evenly.
 
 use super::Direction;
-use super::schema::{Draw, Family, Trajectory};
-use hysteron_base::schema::{Array, count};
+use super::schema::{Draw, FamilyName, TrajectoryTable};
+use hysteron_base::schema::{FixedArray, count};
 use hysteron_base::{BadInput, rng};
 use rand::RngExt;
 
@@ -15,7 +15,7 @@ const MAX_COUNT: i64 = 10_000;
 
 /// The trajectories of the `index`-th draw of a plan with this seed, called NAME-1, NAME-2, …. Each has a random
 /// stream of its own, by its name.
-pub(super) fn drawn(index: usize, draw: &Draw, seed: u64) -> Result<Vec<Trajectory>, BadInput> {
+pub(super) fn drawn(index: usize, draw: &Draw, seed: u64) -> Result<Vec<TrajectoryTable>, BadInput> {
     let key = |key: &str| format!("draw[{}].{key}", index + 1);
     let n = count(&key("count"), draw.count, MAX_COUNT)?;
     let ranges = [
@@ -25,7 +25,7 @@ pub(super) fn drawn(index: usize, draw: &Draw, seed: u64) -> Result<Vec<Trajecto
         ("swings", draw.swings),
     ];
     for (name, range) in ranges {
-        if let Some(Array([min, max])) = range {
+        if let Some(FixedArray([min, max])) = range {
             // False for NaN too.
             let is_range = min > 0.0 && min <= max && max.is_finite();
             if !is_range {
@@ -35,11 +35,11 @@ pub(super) fn drawn(index: usize, draw: &Draw, seed: u64) -> Result<Vec<Trajecto
         }
     }
     match (draw.orientation_deg, draw.family) {
-        (Some(range), Family::Circle) => {
+        (Some(range), FamilyName::Circle) => {
             let found = format!("{:?}", range.0);
             return Err(BadInput::new(key("orientation_deg"), "no such key for a circle", found));
         }
-        (Some(Array([min, max])), _) if !(min <= max && min.is_finite() && max.is_finite()) => {
+        (Some(FixedArray([min, max])), _) if !(min <= max && min.is_finite() && max.is_finite()) => {
             let found = format!("[{min:?}, {max:?}]");
             return Err(BadInput::new(key("orientation_deg"), "[smallest, largest]", found));
         }
@@ -49,21 +49,21 @@ pub(super) fn drawn(index: usize, draw: &Draw, seed: u64) -> Result<Vec<Trajecto
 }
 
 /// The `k`-th of `n`.
-fn one(draw: &Draw, seed: u64, k: usize, n: usize) -> Trajectory {
+fn one(draw: &Draw, seed: u64, k: usize, n: usize) -> TrajectoryTable {
     let name = format!("{}-{}", draw.name, k + 1);
     let mut stream = rng(seed, &format!("plan/draw/{name}"));
     let mut part = || stream.random_range(0.0..1.0);
-    let within = |Array([min, max]): Array<f64, 2>, part: f64| min + part * (max - min);
+    let within = |FixedArray([min, max]): FixedArray<f64, 2>, part: f64| min + part * (max - min);
     let amplitude_mm = within(draw.amplitude_mm, (k as f64 + part()) / n as f64);
     let period_s = within(draw.period_s, part());
     let aspect = draw.aspect.map(|range| within(range, part()));
     let phase_deg = 360.0 * part();
-    let orientation_deg = within(draw.orientation_deg.unwrap_or(Array([0.0, 360.0])), part());
+    let orientation_deg = within(draw.orientation_deg.unwrap_or(FixedArray([0.0, 360.0])), part());
     let is_clockwise = part() < 0.5;
     let swings = draw.swings.map(|range| within(range, part()));
-    let has_direction = draw.family != Family::Sinusoid;
+    let has_direction = draw.family != FamilyName::Sinusoid;
     let direction = if is_clockwise { Direction::Clockwise } else { Direction::CounterClockwise };
-    Trajectory {
+    TrajectoryTable {
         name,
         role: draw.role,
         family: draw.family,
@@ -71,7 +71,7 @@ fn one(draw: &Draw, seed: u64, k: usize, n: usize) -> Trajectory {
         frequency_hz: None,
         period_s: Some(period_s),
         phase_deg: Some(phase_deg),
-        orientation_deg: (draw.family != Family::Circle).then_some(orientation_deg),
+        orientation_deg: (draw.family != FamilyName::Circle).then_some(orientation_deg),
         aspect,
         swings,
         direction: has_direction.then_some(direction),

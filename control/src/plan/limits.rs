@@ -6,7 +6,7 @@ use hysteron_base::{BadInput, Bounds, Recording};
 
 /// Limits of a robot's strokes and their rates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits {
+pub struct StrokeLimits {
     /// Stroke of every tendon [m], positive when pulled.
     pub stroke: Bounds,
     /// Largest change of a stroke per time, in either direction [m/s].
@@ -22,7 +22,7 @@ impl Plan {
     ///
     /// # Errors
     /// `Stroke` or `StrokeRate` naming trajectory, time, tendon, limit and value; the first one found.
-    pub fn check(&self, limits: &Limits) -> Result<()> {
+    pub fn check(&self, limits: &StrokeLimits) -> Result<()> {
         self.trajectories.iter().try_for_each(|trajectory| trajectory.check(limits))
     }
 }
@@ -30,13 +30,13 @@ impl Plan {
 impl Plan {
     /// The largest scale, at most 1, at which every sample is within these limits, one for each tendon, and every change from one to
     /// the next.
-    pub fn largest_scale(&self, limits: &[Limits]) -> f64 {
+    pub fn largest_scale(&self, limits: &[StrokeLimits]) -> f64 {
         self.trajectories.iter().map(|trajectory| trajectory.largest_scale(limits)).fold(1.0, f64::min)
     }
 }
 
 impl Trajectory {
-    fn largest_scale(&self, limits: &[Limits]) -> f64 {
+    fn largest_scale(&self, limits: &[StrokeLimits]) -> f64 {
         let mut scale: f64 = 1.0;
         let (mut strokes, mut before) = (vec![0.0; self.tendons.angles.len()], Vec::new());
         for i in 0..self.n_samples() {
@@ -60,7 +60,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// As there.
-    pub fn check(&self, limits: &Limits) -> Result<()> {
+    pub fn check(&self, limits: &StrokeLimits) -> Result<()> {
         self.check_space()?;
         let Bounds { min, max } = limits.stroke;
         // Bounds of the whole curve spare the samples.
@@ -83,7 +83,7 @@ impl Trajectory {
     }
 }
 
-impl Limits {
+impl StrokeLimits {
     /// Accepts commanded strokes, `stroke_1_m`, `stroke_2_m`, .., if every sample is within the limits, and every
     /// change from one to the next.
     ///

@@ -18,9 +18,9 @@ use std::path::Path;
 
 pub use envelope::Envelope;
 pub(crate) use envelope::rise;
-pub use limits::Limits;
-pub use motion::{Direction, Family, Motion};
-pub use trajectory::{Role, Space, Tendons, Trajectory};
+pub use limits::StrokeLimits;
+pub use motion::{CurveMotion, Direction, Family};
+pub use trajectory::{Space, TendonMapping, Trajectory, TrajectoryRole};
 
 /// Plans that are part of the program, by name: `paper` is the data set of the CoReAct paper, `quick` a minute of
 /// it, `synthetic` the twin's data set in the CoReAct paper, `roses` additional rose curves for the twin.
@@ -41,7 +41,7 @@ pub struct Plan {
     /// SHA-256 of the bytes of the plan file, 64 hexadecimal digits.
     pub hash: String,
     /// Its own limits, within which it is.
-    pub limits: Limits,
+    pub limits: StrokeLimits,
     trajectories: Vec<Trajectory>,
 }
 

@@ -40,7 +40,7 @@ pub enum Direction {
 
 /// A curve with its size and timing.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion {
+pub struct CurveMotion {
     /// Which curve.
     pub family: Family,
     /// Size where the envelope is 1 [m], > 0.
@@ -97,7 +97,7 @@ impl Family {
     }
 }
 
-impl Motion {
+impl CurveMotion {
     /// Point (a, b) of tendon space [m] at time `t` [s] from the beginning of the envelope.
     pub fn position_at(&self, t: f64) -> [f64; 2] {
         let size = self.amplitude * self.envelope.at(t);
@@ -131,10 +131,18 @@ mod tests {
         Family::Rose { swings: 2.0 },
     ];
 
-    fn motion(family: Family) -> Motion {
+    fn motion(family: Family) -> CurveMotion {
         let envelope = Envelope { attack: 1.0, sustain: 40.0, decay: 1.0 };
         let direction = Direction::CounterClockwise;
-        Motion { family, amplitude: 2.0, frequency: 0.1, phase: 0.3, orientation: 0.7, direction, envelope }
+        CurveMotion {
+            family,
+            amplitude: 2.0,
+            frequency: 0.1,
+            phase: 0.3,
+            orientation: 0.7,
+            direction,
+            envelope,
+        }
     }
 
     fn length([x, y]: [f64; 2]) -> f64 {
@@ -228,7 +236,7 @@ mod tests {
     fn a_sinusoid_stays_on_its_line_and_a_circle_turns_evenly() {
         let (sin, cos) = 0.7_f64.sin_cos();
         let (line, circle) = (motion(Family::Sinusoid), motion(Family::Circle));
-        let clockwise = Motion { direction: Direction::Clockwise, ..circle };
+        let clockwise = CurveMotion { direction: Direction::Clockwise, ..circle };
         for k in 0..4200 {
             let t = f64::from(k) * 0.01;
             let [a, b] = line.position_at(t);

@@ -1,7 +1,7 @@
 //! A plan exactly as typed: one field per key, units still in the names. Only `convert.rs` reads these.
 
-use super::{Direction, Role, Space};
-use hysteron_base::schema::Array;
+use super::{Direction, Space, TrajectoryRole};
+use hysteron_base::schema::FixedArray;
 use serde::Deserialize;
 
 #[derive(Debug, Deserialize)]
@@ -24,17 +24,17 @@ pub(super) struct PlanFile {
     pub stroke_max_mm: f64,
     pub stroke_rate_max_mm_s: f64,
     #[serde(default)]
-    pub trajectory: Vec<Trajectory>,
+    pub trajectory: Vec<TrajectoryTable>,
     #[serde(default)]
     pub draw: Vec<Draw>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Trajectory {
+pub(super) struct TrajectoryTable {
     pub name: String,
-    pub role: Role,
-    pub family: Family,
+    pub role: TrajectoryRole,
+    pub family: FamilyName,
     pub amplitude_mm: f64,
     pub frequency_hz: Option<f64>,
     pub period_s: Option<f64>,
@@ -50,7 +50,7 @@ pub(super) struct Trajectory {
 
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Family {
+pub(super) enum FamilyName {
     Sinusoid,
     Circle,
     Square,
@@ -63,14 +63,14 @@ pub(super) enum Family {
 #[serde(deny_unknown_fields)]
 pub(super) struct Draw {
     pub name: String,
-    pub role: Role,
-    pub family: Family,
+    pub role: TrajectoryRole,
+    pub family: FamilyName,
     pub count: i64,
-    pub amplitude_mm: Array<f64, 2>,
-    pub period_s: Array<f64, 2>,
-    pub orientation_deg: Option<Array<f64, 2>>,
-    pub aspect: Option<Array<f64, 2>>,
-    pub swings: Option<Array<f64, 2>>,
+    pub amplitude_mm: FixedArray<f64, 2>,
+    pub period_s: FixedArray<f64, 2>,
+    pub orientation_deg: Option<FixedArray<f64, 2>>,
+    pub aspect: Option<FixedArray<f64, 2>>,
+    pub swings: Option<FixedArray<f64, 2>>,
     pub attack_s: f64,
     pub sustain_s: f64,
     pub decay_s: f64,

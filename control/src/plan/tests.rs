@@ -61,7 +61,7 @@ fn reject(from: &str, to: &str, place: &str, found: &str) {
 fn a_plan_is_in_si() {
     let plan = example();
     assert_eq!((plan.name.as_str(), plan.seed, plan.hash.len()), ("example", 3, 64));
-    assert_eq!(plan.limits, Limits { stroke: Bounds { min: -6e-3, max: 6e-3 }, stroke_rate: 10e-3 });
+    assert_eq!(plan.limits, StrokeLimits { stroke: Bounds { min: -6e-3, max: 6e-3 }, stroke_rate: 10e-3 });
     let [one] = plan.trajectories() else { panic!() };
     assert_eq!(one.tendons.angles[1], FRAC_PI_2);
     assert_eq!((one.motion.amplitude, one.motion.frequency), (5e-3, 0.2));
@@ -170,7 +170,8 @@ fn roles_keep_their_amplitudes() {
 #[test]
 fn every_limit_rejects_with_its_error() {
     let plan = example();
-    let limits = |min: f64, max: f64, stroke_rate: f64| Limits { stroke: Bounds { min, max }, stroke_rate };
+    let limits =
+        |min: f64, max: f64, stroke_rate: f64| StrokeLimits { stroke: Bounds { min, max }, stroke_rate };
     assert!(plan.check(&limits(-4.5e-3, 5.5e-3, 8e-3)).is_ok());
     let place = |error: &Error| error.bad_input().unwrap().place.clone();
     match plan.check(&limits(-4.5e-3, 4e-3, 8e-3)) {
@@ -247,14 +248,15 @@ fn variation_follows_seed_and_name_alone() {
 #[test]
 fn the_plan_of_the_paper_has_its_data_set() {
     let plan = Plan::named("paper").unwrap();
-    let of = |role: Role| plan.trajectories().iter().filter(move |trajectory| trajectory.role == role);
+    let of =
+        |role: TrajectoryRole| plan.trajectories().iter().filter(move |trajectory| trajectory.role == role);
     let names = |role| of(role).map(|trajectory| trajectory.motion.family.name()).collect::<Vec<_>>();
     for family in ["sinusoid", "circle", "square"] {
-        assert_eq!(names(Role::Training).iter().filter(|name| **name == family).count(), 6);
+        assert_eq!(names(TrajectoryRole::Training).iter().filter(|name| **name == family).count(), 6);
     }
-    assert_eq!(names(Role::Validation), ["ellipse", "ellipse"]);
-    assert_eq!(names(Role::OutOfRange), ["circle"]);
-    let samples: usize = of(Role::Training).map(Trajectory::n_samples).sum();
+    assert_eq!(names(TrajectoryRole::Validation), ["ellipse", "ellipse"]);
+    assert_eq!(names(TrajectoryRole::OutOfRange), ["circle"]);
+    let samples: usize = of(TrajectoryRole::Training).map(Trajectory::n_samples).sum();
     assert!((257_500..258_500).contains(&samples), "{samples}"); // "≈ 258k"
     assert!(plan.trajectories().iter().all(|trajectory| trajectory.rate_hz == 100.0));
 }

@@ -1,6 +1,6 @@
 //! One trajectory of a plan: from a motion in tendon space to the strokes of all tendons.
 
-use super::Motion;
+use super::CurveMotion;
 use super::envelope::rise;
 use crate::Result;
 use hysteron_base::{BadInput, Channel, Metadata, Recording};
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 /// Purpose of a trajectory. Data are split by whole trajectories, never by windows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Role {
+pub enum TrajectoryRole {
     /// For the fit.
     Training,
     /// For validation, within the amplitudes of the training.
@@ -19,7 +19,7 @@ pub enum Role {
     OutOfRange,
 }
 
-impl Role {
+impl TrajectoryRole {
     /// Name as in a plan file.
     pub fn name(self) -> &'static str {
         match self {
@@ -43,7 +43,7 @@ pub enum Space {
 
 /// How tendons follow a point (a, b) of tendon space; the same for all trajectories of a plan.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tendons {
+pub struct TendonMapping {
     /// Angles of the tendons about the body [rad], at least two.
     pub angles: Vec<f64>,
     /// By how much a tendon is released, over what it would be pulled, >= 0 [-].
@@ -53,7 +53,7 @@ pub struct Tendons {
     pub co_contraction: f64,
 }
 
-impl Tendons {
+impl TendonMapping {
     /// Stroke of tendon `k` [m], positive when pulled, at the point (a, b) [m]: its pull is a cos φ + b sin φ, and
     /// a negative one is multiplied by `release`.
     pub fn stroke(&self, k: usize, [a, b]: [f64; 2]) -> f64 {
@@ -74,11 +74,11 @@ pub struct Trajectory {
     /// Name, its own within the plan; letters, digits, `-` and `_`.
     pub name: String,
     /// Its purpose.
-    pub role: Role,
+    pub role: TrajectoryRole,
     /// Space of its curve.
     pub space: Space,
     /// The curve, its size and timing.
-    pub motion: Motion,
+    pub motion: CurveMotion,
     /// Time at rest before the motion [s], >= 0.
     pub rest_before: f64,
     /// Time at rest after the motion [s], >= 0.
@@ -86,7 +86,7 @@ pub struct Trajectory {
     /// Samples per second [Hz], > 0.
     pub rate_hz: f64,
     /// How tendons follow.
-    pub tendons: Tendons,
+    pub tendons: TendonMapping,
     /// The plan it comes from.
     pub(super) plan_name: String,
     /// SHA-256 of the plan file.

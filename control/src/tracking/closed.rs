@@ -5,7 +5,7 @@
 //! whether there is one for any s is known from the furthest and the nearest column that each beginning reaches
 //! (H. Alt and M. Godau, Int. J. Comput. Geom. Appl. 5, 1995), in the time of a single walk.
 
-use super::curve::{Point, frechet};
+use super::curve::{PlanarPoint, frechet};
 
 /// Halvings of the range of distances before the distances that are left in it are tried.
 const HALVINGS: usize = 24;
@@ -17,10 +17,10 @@ const NONE: u32 = u32::MAX;
 /// Discrete Fréchet distance of two closed curves [m]: the shortest leash with which both can be walked once around, from any pair of
 /// points on and never back. The first point may stand at the end again. Of curves with more than four million pairs of points,
 /// every so many points are compared, and the distance is right to the largest distance between these.
-pub fn frechet_closed(a: &[Point], b: &[Point]) -> f64 {
+pub fn frechet_closed(a: &[PlanarPoint], b: &[PlanarPoint]) -> f64 {
     let (a, b) = (opened(a), opened(b));
     let thin = ((a.len() * b.len()) as f64 / MAX_PAIRS as f64).sqrt().ceil().max(1.0) as usize;
-    let [a, b] = [a, b].map(|curve| curve.iter().step_by(thin).copied().collect::<Vec<Point>>());
+    let [a, b] = [a, b].map(|curve| curve.iter().step_by(thin).copied().collect::<Vec<PlanarPoint>>());
     let (n, m) = (a.len(), b.len());
     if n < 2 || m < 2 {
         return frechet(&a, &b);
@@ -49,14 +49,14 @@ pub fn frechet_closed(a: &[Point], b: &[Point]) -> f64 {
 }
 
 /// The curve without its first point at its end.
-fn opened(curve: &[Point]) -> &[Point] {
+fn opened(curve: &[PlanarPoint]) -> &[PlanarPoint] {
     match curve {
         [first, .., last] if first == last => &curve[..curve.len() - 1],
         _ => curve,
     }
 }
 
-fn squared(p: Point, q: Point) -> f64 {
+fn squared(p: PlanarPoint, q: PlanarPoint) -> f64 {
     (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2)
 }
 
@@ -115,14 +115,14 @@ mod tests {
     use rand::RngExt;
 
     /// By its definition: the smallest of the distances of all beginnings.
-    fn by_all_beginnings(a: &[Point], b: &[Point]) -> f64 {
-        let around = |curve: &[Point], s: usize| -> Vec<Point> {
+    fn by_all_beginnings(a: &[PlanarPoint], b: &[PlanarPoint]) -> f64 {
+        let around = |curve: &[PlanarPoint], s: usize| -> Vec<PlanarPoint> {
             (0..=curve.len()).map(|i| curve[(s + i) % curve.len()]).collect()
         };
         (0..b.len()).map(|s| frechet(&around(a, 0), &around(b, s))).fold(f64::INFINITY, f64::min)
     }
 
-    fn curves(seed: u64) -> [Vec<Point>; 2] {
+    fn curves(seed: u64) -> [Vec<PlanarPoint>; 2] {
         let mut stream = rng(seed, "closed");
         [(); 2].map(|()| {
             let n = stream.random_range(2..25);

@@ -4,10 +4,10 @@
 //! was sampled; only the discrete Fréchet distance pairs the points themselves, by its definition.
 
 /// A point in the plane [m].
-pub type Point = [f64; 2];
+pub type PlanarPoint = [f64; 2];
 
 /// The point of the curve that is nearest to `p`: q̂ of the CoReAct paper, eq. 21. The curve has at least one point.
-pub fn nearest(p: Point, curve: &[Point]) -> Point {
+pub fn nearest(p: PlanarPoint, curve: &[PlanarPoint]) -> PlanarPoint {
     if curve.len() == 1 {
         return curve[0];
     }
@@ -23,17 +23,17 @@ pub fn nearest(p: Point, curve: &[Point]) -> Point {
 }
 
 /// Distance of every point of `from` (points) to the curve `to` [m].
-pub fn distances(from: &[Point], to: &[Point]) -> Vec<f64> {
+pub fn distances(from: &[PlanarPoint], to: &[PlanarPoint]) -> Vec<f64> {
     from.iter().map(|p| distance(*p, nearest(*p, to))).collect()
 }
 
 /// Symmetric Chamfer distance [m]: the mean distance of the points of each curve from the other, averaged over both.
-pub fn chamfer(a: &[Point], b: &[Point]) -> f64 {
+pub fn chamfer(a: &[PlanarPoint], b: &[PlanarPoint]) -> f64 {
     0.5 * (mean(&distances(a, b)) + mean(&distances(b, a)))
 }
 
 /// Hausdorff distance [m]: the largest distance of a point of either curve from the other.
-pub fn hausdorff(a: &[Point], b: &[Point]) -> f64 {
+pub fn hausdorff(a: &[PlanarPoint], b: &[PlanarPoint]) -> f64 {
     distances(a, b).into_iter().chain(distances(b, a)).fold(0.0, f64::max)
 }
 
@@ -42,7 +42,7 @@ pub fn hausdorff(a: &[Point], b: &[Point]) -> f64 {
 ///
 /// # Reference
 /// T. Eiter and H. Mannila, Computing discrete Fréchet distance, TU Wien, 1994.
-pub fn frechet(a: &[Point], b: &[Point]) -> f64 {
+pub fn frechet(a: &[PlanarPoint], b: &[PlanarPoint]) -> f64 {
     // Row by row of their table: leash[j] for the walk to a[i], b[j].
     let mut leash = vec![0.0f64; b.len()];
     for (i, p) in a.iter().enumerate() {
@@ -62,7 +62,7 @@ pub fn frechet(a: &[Point], b: &[Point]) -> f64 {
 }
 
 /// The point between `a` and `b` that is nearest to `p`.
-fn foot(p: Point, a: Point, b: Point) -> Point {
+fn foot(p: PlanarPoint, a: PlanarPoint, b: PlanarPoint) -> PlanarPoint {
     let along = [b[0] - a[0], b[1] - a[1]];
     let squared = along[0] * along[0] + along[1] * along[1];
     if squared == 0.0 {
@@ -73,7 +73,7 @@ fn foot(p: Point, a: Point, b: Point) -> Point {
     [a[0] + part * along[0], a[1] + part * along[1]]
 }
 
-pub(super) fn distance(a: Point, b: Point) -> f64 {
+pub(super) fn distance(a: PlanarPoint, b: PlanarPoint) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 
 pub use closed::frechet_closed;
-pub use curve::{Point, chamfer, distances, frechet, hausdorff, nearest};
+pub use curve::{PlanarPoint, chamfer, distances, frechet, hausdorff, nearest};
 pub use overlap::iou;
 pub use repeats::{Repeatability, repeatability};
 pub use timing::{Timed, aligned_rmse, lag};
@@ -34,7 +34,7 @@ const MAX_PAIRS: usize = 2_000_000_000;
 
 /// Which samples of a recording are the curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum CurvePart {
     /// Those at the times of the target's curve: the recording begins when the target does.
     AtTheSameTimes,
     /// All of them: the recording holds the curve and nothing else, at any speed.
@@ -43,7 +43,7 @@ pub enum Part {
 
 /// From where a recorded tip is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Origin {
+pub enum TipOrigin {
     /// From the origin of the recording's frame, as the robot's own, in which the tip rests on the axis.
     Frame,
     /// From where the tip was at rest: its mean over the target's rest at the beginning.
@@ -52,17 +52,17 @@ pub enum Origin {
 
 /// A recorded tip, brought to a target's frame, times and laps.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tracked {
+pub struct TrackedTip {
     /// Times since the beginning (n) [s].
     pub time: Vec<f64>,
     /// Where the tip was (n) [m], without samples that were not measured.
-    pub points: Vec<Point>,
+    pub points: Vec<PlanarPoint>,
     /// Samples of each lap.
     pub laps: Vec<RangeInclusive<usize>>,
-    part: Part,
+    part: CurvePart,
 }
 
-impl Tracked {
+impl TrackedTip {
     /// The tip of a recording of this target.
     ///
     /// # Errors
@@ -71,20 +71,21 @@ impl Tracked {
     pub fn new(
         target: &TargetPath,
         recording: &Recording,
-        part: Part,
-        origin: Origin,
+        part: CurvePart,
+        origin: TipOrigin,
     ) -> Result<Self, BadInput> {
         let (x, y) = (recording.require("tip_x_m")?, recording.require("tip_y_m")?);
         let (first, span) = (recording.time()[0], PathSpan::of(recording)?);
         let start = first + span.begins;
         let is_path = |i: &usize| {
             let after = recording.time()[*i] - first;
-            part == Part::AtTheSameTimes || (span.begins - ROUNDING..=span.ends + ROUNDING).contains(&after)
+            part == CurvePart::AtTheSameTimes
+                || (span.begins - ROUNDING..=span.ends + ROUNDING).contains(&after)
         };
         let measured: Vec<usize> = (0..x.len()).filter(|i| !recording.gap()[*i]).filter(is_path).collect();
         let time: Vec<f64> = measured.iter().map(|i| recording.time()[*i] - start).collect();
-        let mut points: Vec<Point> = measured.iter().map(|i| [x[*i], y[*i]]).collect();
-        if origin == Origin::Rest {
+        let mut points: Vec<PlanarPoint> = measured.iter().map(|i| [x[*i], y[*i]]).collect();
+        if origin == TipOrigin::Rest {
             let rest = target.time(target.rest().end - 1);
             let before = time.partition_point(|time| *time < -ROUNDING).min(points.len().saturating_sub(1));
             let n = time.partition_point(|time| *time <= rest).max(before + 1).min(points.len());
@@ -94,8 +95,8 @@ impl Tracked {
             points.iter_mut().for_each(|p| *p = [0, 1].map(|c| p[c] - mean[c]));
         }
         let laps = match part {
-            Part::AtTheSameTimes => at_times(target, &time, span.ends - span.begins)?,
-            Part::Whole => evenly(target.laps().count(), time.len()),
+            CurvePart::AtTheSameTimes => at_times(target, &time, span.ends - span.begins)?,
+            CurvePart::Whole => evenly(target.laps().count(), time.len()),
         };
         if let Some(lap) = laps.iter().find(|lap| (*lap).clone().count() < 3) {
             let found = format!("{} of them", lap.clone().count());
@@ -112,7 +113,7 @@ impl Tracked {
     }
 
     /// Where the tip was on the curve (n) [m].
-    pub fn curve(&self) -> &[Point] {
+    pub fn curve(&self) -> &[PlanarPoint] {
         let last = self.laps.len() - 1;
         &self.points[*self.laps[0].start()..=*self.laps[last].end()]
     }
@@ -180,8 +181,8 @@ pub struct TrackingScore {
 /// CoReAct paper, section V-B c. Γ* are 2000 points at equal distances along one lap of the target, Γ is the line
 /// through the samples. The paper's NRMSE is that of its eq. 19, per axis over the target's range; averaging both
 /// axes gives the digits of its tables II and III.
-pub fn score(target: &TargetPath, tracked: &Tracked) -> TrackingScore {
-    let goal: Vec<Point> = target_line(target);
+pub fn score(target: &TargetPath, tracked: &TrackedTip) -> TrackingScore {
+    let goal: Vec<PlanarPoint> = target_line(target);
     let path = tracked.curve();
     let pairs = goal.iter().map(|p| (*p, nearest(*p, path)));
     let sums = pairs.fold([0.0; 2], |sum, (p, q)| [0, 1].map(|c| sum[c] + (p[c] - q[c]).powi(2)));
@@ -191,10 +192,10 @@ pub fn score(target: &TargetPath, tracked: &Tracked) -> TrackingScore {
         values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
     });
     let has_range = range.iter().all(|range| *range > 1e-9);
-    let samples: Vec<Point> = target.curve().map(|i| plane(target.points()[i])).collect();
+    let samples: Vec<PlanarPoint> = target.curve().map(|i| plane(target.points()[i])).collect();
     let (aligned_rmse_m, lag_s) = match tracked.part {
-        Part::AtTheSameTimes => over_time(target, &samples, tracked),
-        Part::Whole => (None, None),
+        CurvePart::AtTheSameTimes => over_time(target, &samples, tracked),
+        CurvePart::Whole => (None, None),
     };
     TrackingScore {
         rmse_m: 0.5 * (rmse_axes_m[0] + rmse_axes_m[1]),
@@ -215,20 +216,20 @@ pub fn score(target: &TargetPath, tracked: &Tracked) -> TrackingScore {
 }
 
 /// Distance of every sample of the path on its curve from the nearest point of the target (n) [m].
-pub fn errors(target: &TargetPath, tracked: &Tracked) -> Vec<f64> {
+pub fn errors(target: &TargetPath, tracked: &TrackedTip) -> Vec<f64> {
     distances(tracked.curve(), &target_line(target))
 }
 
 /// Points at equal distances along one lap of the target [m].
-fn target_line(target: &TargetPath) -> Vec<Point> {
+fn target_line(target: &TargetPath) -> Vec<PlanarPoint> {
     target.outline.evenly(target.outline.length() / TARGET_POINTS).into_iter().map(plane).collect()
 }
 
-fn plane([x, y, _]: [f64; 3]) -> Point {
+fn plane([x, y, _]: [f64; 3]) -> PlanarPoint {
     [x, y]
 }
 
-fn mean_iou(target: &TargetPath, goal: &[Point], tracked: &Tracked) -> Option<f64> {
+fn mean_iou(target: &TargetPath, goal: &[PlanarPoint], tracked: &TrackedTip) -> Option<f64> {
     if !target.outline.is_closed() {
         return None;
     }
@@ -238,7 +239,11 @@ fn mean_iou(target: &TargetPath, goal: &[Point], tracked: &Tracked) -> Option<f6
 }
 
 /// Aligned RMSE and lag.
-fn over_time(target: &TargetPath, samples: &[Point], tracked: &Tracked) -> (Option<f64>, Option<f64>) {
+fn over_time(
+    target: &TargetPath,
+    samples: &[PlanarPoint],
+    tracked: &TrackedTip,
+) -> (Option<f64>, Option<f64>) {
     let time: Vec<f64> = target.curve().map(|i| target.time(i)).collect();
     let goal = Timed { time: &time, points: samples };
     let path = Timed { time: &tracked.time, points: &tracked.points };

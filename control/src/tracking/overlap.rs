@@ -4,7 +4,7 @@
 //! in one order, so what is inside is a row of trapezoids, and areas are exact to rounding however often a curve
 //! crosses itself. No polygons are made, of which a crossing point could belong to several.
 
-use super::curve::Point;
+use super::curve::PlanarPoint;
 
 /// Intersection over union of the polygons that two curves enclose [-], each closed from its last point to its
 /// first; `None` where neither encloses anything, or where they cross millions of times.
@@ -14,7 +14,7 @@ use super::curve::Point;
 ///
 /// # Reference
 /// CoReAct paper, section V-B, "polygon IoU"; its rule for curves that cross themselves is not stated.
-pub fn iou(a: &[Point], b: &[Point]) -> Option<f64> {
+pub fn iou(a: &[PlanarPoint], b: &[PlanarPoint]) -> Option<f64> {
     let mut edges: Vec<Edge> = edges(a, 0).chain(edges(b, 1)).collect();
     edges.sort_by(|one, other| one.low[1].total_cmp(&other.low[1]));
     let [intersection, union] = areas(&edges, &heights(&edges)?);
@@ -24,8 +24,8 @@ pub fn iou(a: &[Point], b: &[Point]) -> Option<f64> {
 /// A side of a polygon that is not level.
 #[derive(Debug, Clone, Copy)]
 struct Edge {
-    low: Point,
-    high: Point,
+    low: PlanarPoint,
+    high: PlanarPoint,
     /// Which curve it is of, 0 or 1.
     curve: usize,
 }
@@ -38,7 +38,7 @@ impl Edge {
     }
 }
 
-fn edges(points: &[Point], curve: usize) -> impl Iterator<Item = Edge> + '_ {
+fn edges(points: &[PlanarPoint], curve: usize) -> impl Iterator<Item = Edge> + '_ {
     let n = points.len();
     (0..n).filter_map(move |i| {
         let (p, q) = (points[i], points[(i + 1) % n]);

@@ -6,18 +6,22 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 const N: usize = 720;
 
-fn circle(radius: f64, centre: Point) -> Vec<Point> {
+fn circle(radius: f64, centre: PlanarPoint) -> Vec<PlanarPoint> {
     let angle = |i: usize| TAU * i as f64 / N as f64;
     (0..=N).map(|i| [centre[0] + radius * angle(i).cos(), centre[1] + radius * angle(i).sin()]).collect()
 }
 
-fn square(from: Point, side: f64) -> Vec<Point> {
+fn square(from: PlanarPoint, side: f64) -> Vec<PlanarPoint> {
     let [x, y] = from;
     vec![[x, y], [x + side, y], [x + side, y + side], [x, y + side], [x, y]]
 }
 
 /// A recording of the target's own points, each moved, `late` samples late.
-fn followed(target: &TargetPath, late: usize, moved: impl Fn(usize, Point) -> Point) -> Recording {
+fn followed(
+    target: &TargetPath,
+    late: usize,
+    moved: impl Fn(usize, PlanarPoint) -> PlanarPoint,
+) -> Recording {
     let n = target.points().len();
     let point = |i: usize| moved(i, plane(target.points()[i.saturating_sub(late)]));
     let channel = |c: usize, name: &str| Channel::new(name, (0..n).map(|i| point(i)[c]).collect());
@@ -27,7 +31,7 @@ fn followed(target: &TargetPath, late: usize, moved: impl Fn(usize, Point) -> Po
 }
 
 fn scored(target: &TargetPath, recording: &Recording) -> TrackingScore {
-    score(target, &Tracked::new(target, recording, Part::AtTheSameTimes, Origin::Frame).unwrap())
+    score(target, &TrackedTip::new(target, recording, CurvePart::AtTheSameTimes, TipOrigin::Frame).unwrap())
 }
 
 #[test]
@@ -71,8 +75,8 @@ fn what_is_gone_around_twice_is_outside() {
 #[test]
 fn a_leash_is_longer_than_the_distance_where_a_curve_turns_back() {
     // There and back, against there alone: every point is near, but the walk is not.
-    let there: Vec<Point> = (0..=10).map(|i| [f64::from(i), 0.0]).collect();
-    let back: Vec<Point> = (0..=10).chain((0..10).rev()).map(|i| [f64::from(i), 0.0]).collect();
+    let there: Vec<PlanarPoint> = (0..=10).map(|i| [f64::from(i), 0.0]).collect();
+    let back: Vec<PlanarPoint> = (0..=10).chain((0..10).rev()).map(|i| [f64::from(i), 0.0]).collect();
     assert_eq!(hausdorff(&there, &back), 0.0);
     assert_eq!(frechet(&there, &back), 10.0);
 }
@@ -135,7 +139,7 @@ fn laps_are_polygons_of_their_own() {
     // The first lap right, the second at half size.
     let recording = followed(&target, 0, |i, p| if i > second { p.map(|c| 0.5 * c) } else { p });
     assert!((scored(&target, &recording).iou.unwrap() - 0.5 * (1.0 + 0.25)).abs() < 2e-3);
-    let whole = Tracked::new(&target, &recording, Part::Whole, Origin::Frame).unwrap();
+    let whole = TrackedTip::new(&target, &recording, CurvePart::Whole, TipOrigin::Frame).unwrap();
     assert_eq!(whole.laps.len(), 2);
     assert_eq!(score(&target, &whole).lag_s, None);
 }
@@ -149,13 +153,13 @@ fn what_was_not_measured_and_where_the_robot_stands_do_not_count() {
     gap[900] = true;
     let channels = away.channels().to_vec();
     let away = Recording::new(away.time().to_vec(), channels, gap, Metadata::default()).unwrap();
-    let tracked = Tracked::new(&target, &away, Part::AtTheSameTimes, Origin::Rest).unwrap();
+    let tracked = TrackedTip::new(&target, &away, CurvePart::AtTheSameTimes, TipOrigin::Rest).unwrap();
     let (found, expected) = (score(&target, &tracked), scored(&target, &plain));
     assert_eq!(found.samples, expected.samples - 1);
     // Shifts are exact in binary, their sum over the rest to rounding; a chord over the gap cuts off 0.25 µm.
     assert!((found.rmse_m - expected.rmse_m).abs() < 1e-7, "{found:?}");
     assert!((found.hausdorff_m - expected.hausdorff_m).abs() < 3e-7, "{found:?}");
-    let bad = Tracked::new(&target, &away, Part::AtTheSameTimes, Origin::Frame).unwrap();
+    let bad = TrackedTip::new(&target, &away, CurvePart::AtTheSameTimes, TipOrigin::Frame).unwrap();
     assert!(score(&target, &bad).rmse_m > 0.2);
 }
 
@@ -168,13 +172,13 @@ fn recordings_that_cannot_be_compared_are_refused() {
         Recording::new(time, vec![zeros("tip_x_m"), zeros("tip_y_m")], vec![], Metadata::default()).unwrap()
     };
     let refused = |recording: &Recording, part| {
-        Tracked::new(&target, recording, part, Origin::Frame).unwrap_err().to_string()
+        TrackedTip::new(&target, recording, part, TipOrigin::Frame).unwrap_err().to_string()
     };
-    assert!(refused(&short(500), Part::AtTheSameTimes).contains("--whole"));
-    assert!(refused(&short(2), Part::Whole).contains("three measured samples"));
-    assert!(Tracked::new(&target, &short(3), Part::Whole, Origin::Frame).is_ok());
+    assert!(refused(&short(500), CurvePart::AtTheSameTimes).contains("--whole"));
+    assert!(refused(&short(2), CurvePart::Whole).contains("three measured samples"));
+    assert!(TrackedTip::new(&target, &short(3), CurvePart::Whole, TipOrigin::Frame).is_ok());
     let blind = Recording::new(vec![0.0], vec![], vec![], Metadata::default()).unwrap();
-    assert!(refused(&blind, Part::Whole).contains("tip_x_m"));
+    assert!(refused(&blind, CurvePart::Whole).contains("tip_x_m"));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Errors at the same time, and how late a path comes.
 
-use super::curve::{Point, distance};
+use super::curve::{PlanarPoint, distance};
 
 /// Largest lag that is looked for, either way [s].
 const LARGEST_LAG: f64 = 2.0;
@@ -13,12 +13,12 @@ pub struct Timed<'a> {
     /// Times (n) in increasing order [s].
     pub time: &'a [f64],
     /// Where the tip was (n) [m].
-    pub points: &'a [Point],
+    pub points: &'a [PlanarPoint],
 }
 
 impl Timed<'_> {
     /// Where the tip was at time `t` [s], between samples on the line between them; `None` outside.
-    pub fn at(&self, t: f64) -> Option<Point> {
+    pub fn at(&self, t: f64) -> Option<PlanarPoint> {
         let next = self.time.partition_point(|time| *time < t);
         if next == self.time.len() {
             return None;

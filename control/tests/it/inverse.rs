@@ -5,11 +5,11 @@ use std::path::Path;
 
 use hysteron_base::{Bounds, Channel, Metadata, Recording, rng};
 use hysteron_control::inverse::{
-    Axes, Commands, Controller, Dataset, Demonstration, Fitted, InverseModel, Origin, PUBLISHED,
-    RecurrentOptions, Tip, fit_recurrent, fit_windowed,
+    Axes, Commands, Controller, DataOrigin, Dataset, Demonstration, FittedController, InverseModel,
+    PUBLISHED, RecurrentOptions, TipPosition, fit_recurrent, fit_windowed,
 };
-use hysteron_control::{Error, Limits};
-use hysteron_learn::{Progress, SequenceOptions, Session, WindowOptions};
+use hysteron_control::{Error, StrokeLimits};
+use hysteron_learn::{SequenceOptions, TrainingProgress, TrainingSession, WindowOptions};
 use rand::RngExt;
 
 /// Width of the play between stroke and tip [m].
@@ -90,8 +90,8 @@ fn tiny() -> WindowOptions {
     WindowOptions { window: 20, hidden: 8, stride: 40, epochs: 3, batch: 32, ..PUBLISHED }
 }
 
-fn fit(data: &Dataset, options: &RecurrentOptions) -> Fitted {
-    fit_recurrent(data, options, &mut Session { file: None, progress: &mut |_| true }).unwrap()
+fn fit(data: &Dataset, options: &RecurrentOptions) -> FittedController {
+    fit_recurrent(data, options, &mut TrainingSession { file: None, progress: &mut |_| true }).unwrap()
 }
 
 fn root_mean(values: &[f64]) -> f64 {
@@ -99,9 +99,9 @@ fn root_mean(values: &[f64]) -> f64 {
 }
 
 /// Limits that never bind.
-const WIDE: Limits = Limits { stroke: Bounds { min: -1.0, max: 1.0 }, stroke_rate: 1e6 };
+const WIDE: StrokeLimits = StrokeLimits { stroke: Bounds { min: -1.0, max: 1.0 }, stroke_rate: 1e6 };
 
-fn command(model: &InverseModel, path: &[Tip], limits: Limits) -> Commands {
+fn command(model: &InverseModel, path: &[TipPosition], limits: StrokeLimits) -> Commands {
     model.command(path, limits, &mut |_| true).unwrap()
 }
 
@@ -170,7 +170,7 @@ fn a_tip_in_space_tells_what_one_in_the_plane_does_not() {
     assert!(root_mean(&seeing.held_out_mm) < 0.5 * WIDTH * 1e3, "{:?}", seeing.held_out_mm);
     assert_eq!((blind.model.axes(), seeing.model.axes()), (Axes::Planar, Axes::Spatial));
     let windowed =
-        fit_windowed(&space, &tiny(), &mut Session { file: None, progress: &mut |_| true }).unwrap();
+        fit_windowed(&space, &tiny(), &mut TrainingSession { file: None, progress: &mut |_| true }).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("h.safetensors");
     for model in [&seeing.model, &windowed.model] {
@@ -186,7 +186,7 @@ fn a_checkpoint_comes_back_and_commands_alike() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("h.safetensors");
     let recurrent = fit(&data, &quick_for(1));
-    let mut session = Session { file: None, progress: &mut |_| true };
+    let mut session = TrainingSession { file: None, progress: &mut |_| true };
     let windowed = fit_windowed(&data, &tiny(), &mut session).unwrap();
     for fitted in [recurrent, windowed] {
         fitted.model.write(&path).unwrap();
@@ -201,7 +201,8 @@ fn a_checkpoint_comes_back_and_commands_alike() {
 fn windows_of_a_command_are_those_of_the_training() {
     let data = dataset();
     let options = WindowOptions { stride: 1, epochs: 1, ..tiny() };
-    let fitted = fit_windowed(&data, &options, &mut Session { file: None, progress: &mut |_| true }).unwrap();
+    let fitted =
+        fit_windowed(&data, &options, &mut TrainingSession { file: None, progress: &mut |_| true }).unwrap();
     let streamed: Vec<f64> = data.validation.iter().map(|one| rmse_mm(&fitted.model, one)).collect();
     let held_out = root_mean(&fitted.held_out_mm);
     // Only the rounding of sums differs.
@@ -209,16 +210,16 @@ fn windows_of_a_command_are_those_of_the_training() {
 }
 
 /// A design with its data and options.
-type Fit<'a> = &'a dyn Fn(&mut Session<'_>) -> hysteron_control::Result<Fitted>;
+type Fit<'a> = &'a dyn Fn(&mut TrainingSession<'_>) -> hysteron_control::Result<FittedController>;
 
 /// Trains until `epochs` are done, with a file to go on from.
-fn until(epochs: usize, file: &Path, fit: Fit<'_>) -> Fitted {
-    let mut progress = |progress: &Progress| match progress {
-        Progress::Epoch(epoch) => epoch.number < epochs,
+fn until(epochs: usize, file: &Path, fit: Fit<'_>) -> FittedController {
+    let mut progress = |progress: &TrainingProgress| match progress {
+        TrainingProgress::Epoch(epoch) => epoch.number < epochs,
         // Ends in the middle of the epoch after.
-        Progress::Step { epoch, done, .. } => *epoch < epochs || *done < 2,
+        TrainingProgress::Step { epoch, done, .. } => *epoch < epochs || *done < 2,
     };
-    fit(&mut Session { file: Some(file), progress: &mut progress }).unwrap()
+    fit(&mut TrainingSession { file: Some(file), progress: &mut progress }).unwrap()
 }
 
 #[test]
@@ -232,7 +233,7 @@ fn an_interrupted_training_ends_as_one_that_was_not() {
         fit_windowed(&data, &windowed, session)
     }];
     for fit in fits {
-        let whole = fit(&mut Session { file: None, progress: &mut |_| true }).unwrap();
+        let whole = fit(&mut TrainingSession { file: None, progress: &mut |_| true }).unwrap();
         let part = until(2, &file, fit);
         assert!(whole.is_finished && !part.is_finished);
         let resumed = until(usize::MAX, &file, fit);
@@ -249,12 +250,12 @@ fn the_file_of_another_training_is_refused() {
     let options = quick_for(2);
     until(1, &file, &|session| fit_recurrent(&data, &options, session));
     let other = RecurrentOptions { seed: 2, ..options };
-    let mut session = Session { file: Some(&file), progress: &mut |_| true };
+    let mut session = TrainingSession { file: Some(&file), progress: &mut |_| true };
     let refusal = fit_recurrent(&data, &other, &mut session).unwrap_err().to_string();
     assert!(refusal.contains("another one (options)"), "{refusal}");
     // Nothing is kept of a first epoch that did not come to its end.
     std::fs::remove_file(&file).unwrap();
-    let mut session = Session { file: None, progress: &mut |_| false };
+    let mut session = TrainingSession { file: None, progress: &mut |_| false };
     assert!(matches!(
         fit_recurrent(&data, &other, &mut session),
         Err(Error::Learn(hysteron_learn::Error::NothingTrained))
@@ -266,7 +267,7 @@ fn limits_hold_and_leaving_the_workspace_is_flagged() {
     let data = dataset();
     let model = fit(&data, &quick_for(1)).model;
     let tip = &data.validation[0].tip;
-    let tight = Limits { stroke: Bounds { min: -1e-3, max: 2e-3 }, stroke_rate: 1e-3 };
+    let tight = StrokeLimits { stroke: Bounds { min: -1e-3, max: 2e-3 }, stroke_rate: 1e-3 };
     let held = command(&model, tip, tight);
     let (n, largest) = (model.n_tendons, tight.stroke_rate * model.step_s);
     assert!(held.strokes.iter().all(|stroke| (-1e-3..=2e-3).contains(stroke)));
@@ -291,7 +292,7 @@ fn data_that_do_not_go_together_are_refused() {
     };
     let (real, other) = (recorded("a", 0, meta("r", "")), recorded("b", 1, meta("other", "")));
     let (twin, other_twin) = (recorded("c", 2, meta("", "t")), recorded("d", 3, meta("", "other")));
-    assert_eq!((real.origin, twin.origin), (Origin::Real, Origin::Synthetic));
+    assert_eq!((real.origin, twin.origin), (DataOrigin::Real, DataOrigin::Synthetic));
     let refusal = |all: &[&Demonstration], held_out: &[&str]| {
         let held_out: Vec<String> = held_out.iter().map(|name| (*name).to_owned()).collect();
         Dataset::new(all.iter().map(|one| (*one).clone()).collect(), &held_out, 1).unwrap_err().to_string()
@@ -309,7 +310,7 @@ fn data_that_do_not_go_together_are_refused() {
     assert!(refusal(&[&real, &fewer], &[]).contains("4 tendons, as a, got 2"));
     // Rig and twin together, validated on the rig.
     let hybrid = Dataset::new(vec![twin, real], &[], 1).unwrap();
-    assert_eq!((hybrid.validation[0].origin, hybrid.count(Origin::Synthetic)), (Origin::Real, 1));
+    assert_eq!((hybrid.validation[0].origin, hybrid.count(DataOrigin::Synthetic)), (DataOrigin::Real, 1));
     assert_eq!(hybrid.robots(), ["r", "t"]);
 }
 
@@ -370,12 +371,13 @@ fn a_common_pull_can_be_asked_for() {
 fn controllers_refuse_what_they_cannot_follow() {
     let data = dataset();
     let model = fit(&data, &quick_for(1)).model;
-    let refusal = |path: &[Tip], limits| Controller::new(&model, path, limits).unwrap_err().to_string();
+    let refusal =
+        |path: &[TipPosition], limits| Controller::new(&model, path, limits).unwrap_err().to_string();
     assert!(refusal(&[], WIDE).contains("at least one sample"));
     assert!(refusal(&[[0.0, f64::NAN, 0.0]], WIDE).contains("finite positions"));
-    let upside_down = Limits { stroke: Bounds { min: 1.0, max: 0.0 }, ..WIDE };
+    let upside_down = StrokeLimits { stroke: Bounds { min: 1.0, max: 0.0 }, ..WIDE };
     assert!(refusal(&[[0.0; 3]], upside_down).contains("min <= max"));
-    assert!(refusal(&[[0.0; 3]], Limits { stroke_rate: 0.0, ..WIDE }).contains("a rate > 0"));
+    assert!(refusal(&[[0.0; 3]], StrokeLimits { stroke_rate: 0.0, ..WIDE }).contains("a rate > 0"));
     let refusal = model.check_step(0.01).unwrap_err().to_string();
     assert!(refusal.contains("samples of 0.05 s"), "{refusal}");
 }

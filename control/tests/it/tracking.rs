@@ -1,19 +1,19 @@
 //! Facts that hold for any pair of curves.
 
-use hysteron_control::tracking::{Point, chamfer, distances, frechet, hausdorff, iou, nearest};
+use hysteron_control::tracking::{PlanarPoint, chamfer, distances, frechet, hausdorff, iou, nearest};
 use proptest::prelude::*;
 
-fn curve() -> impl Strategy<Value = Vec<Point>> {
+fn curve() -> impl Strategy<Value = Vec<PlanarPoint>> {
     prop::collection::vec((-10.0..10.0_f64, -10.0..10.0_f64).prop_map(|(x, y)| [x, y]), 3..40)
 }
 
 /// A mapping that keeps distances.
-fn turned(points: &[Point], angle: f64) -> Vec<Point> {
+fn turned(points: &[PlanarPoint], angle: f64) -> Vec<PlanarPoint> {
     let (sin, cos) = angle.sin_cos();
     points.iter().map(|[x, y]| [3.0 + cos * x - sin * y, -2.0 + sin * x + cos * y]).collect()
 }
 
-fn apart(a: Point, b: Point) -> f64 {
+fn apart(a: PlanarPoint, b: PlanarPoint) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 

@@ -45,7 +45,7 @@ fn write_and_rename(
     std::fs::create_dir_all(folder)?;
     // Removed when dropped, so an early return leaves nothing behind.
     let temporary = temporary_in(folder)?;
-    let _unfinished = Unfinished(temporary.path().to_owned());
+    let _unfinished = TemporaryFile(temporary.path().to_owned());
     let mut out = BufWriter::new(temporary);
     content(&mut out)?;
     let temporary = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
@@ -89,9 +89,9 @@ fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
 }
 
 /// One of them, until it is dropped.
-struct Unfinished(PathBuf);
+struct TemporaryFile(PathBuf);
 
-impl Drop for Unfinished {
+impl Drop for TemporaryFile {
     fn drop(&mut self) {
         unfinished().remove(&self.0);
     }

@@ -114,7 +114,7 @@ impl<S: Simd> Packs<S> {
 
     /// The coordinates of this pass from what [`collect`] has put together.
     #[inline(always)]
-    pub fn gather(self, rows: &Rows) -> [Lanes<S>; 3] {
+    pub fn gather(self, rows: &PaddedPoints) -> [Lanes<S>; 3] {
         let r = &S::as_simd_f64s(rows.0.as_flattened()).0[4 * self.pass..][..4];
         let [x, y, z, _] = self.simd.deinterleave_shfl_f64s([r[0], r[1], r[2], r[3]]);
         let simd = self.simd;
@@ -125,7 +125,7 @@ impl<S: Simd> Packs<S> {
     /// element
     /// [`element`] of the batch.
     #[inline(always)]
-    pub fn spread(self, point: &[Lanes<S>; 3], rows: &mut Rows) {
+    pub fn spread(self, point: &[Lanes<S>; 3], rows: &mut PaddedPoints) {
         let [x, y, z] = [point[0].value, point[1].value, point[2].value];
         let r = self.simd.interleave_shfl_f64s([x, y, z, self.simd.splat_f64s(0.0)]);
         S::as_mut_simd_f64s(rows.0.as_flattened_mut()).0[4 * self.pass..][..4].copy_from_slice(&r);
@@ -135,9 +135,9 @@ impl<S: Simd> Packs<S> {
 /// A padded point for each element of a batch.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
-pub struct Rows(pub [[f64; 4]; LANES]);
+pub struct PaddedPoints(pub [[f64; 4]; LANES]);
 
-impl Rows {
+impl PaddedPoints {
     /// Zeros.
     pub const ZERO: Self = Self([[0.0; 4]; LANES]);
 }
@@ -145,7 +145,7 @@ impl Rows {
 /// Puts one padded point for each element of a batch side by side, for [`Packs::gather`]. A register that is loaded
 /// right after its parts were stored waits for all of them to reach the cache: best collected long before.
 #[inline(always)]
-pub fn collect<S: Simd>(points: &[[f64; 4]], which: &[u32; LANES], rows: &mut Rows) {
+pub fn collect<S: Simd>(points: &[[f64; 4]], which: &[u32; LANES], rows: &mut PaddedPoints) {
     for (slot, row) in rows.0.iter_mut().enumerate() {
         *row = points[which[element::<S>(slot)] as usize];
     }
@@ -271,7 +271,7 @@ mod tests {
                 (0..20).map(|i| [0.0, 100.0, 200.0, 7.0].map(|c| c + f64::from(i))).collect();
             let which = [3, 17, 0, 9, 9, 4, 19, 12];
             let numbers = Pack([1.5, -2.0, 0.25, 8.0, 1e-3, 30.0, -7.0, 2.0]);
-            let (mut collected, mut spread) = (Rows::ZERO, Rows::ZERO);
+            let (mut collected, mut spread) = (PaddedPoints::ZERO, PaddedPoints::ZERO);
             collect::<S>(&points, &which, &mut collected);
             for pass in 0..Packs::<S>::PASSES {
                 let packs = Packs::new(simd, pass);

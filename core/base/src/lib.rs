@@ -42,8 +42,8 @@ pub use recording::{
 };
 pub use rng::{normal, rng};
 pub use scene::{
-    AuxiliaryLayout, Bounds, Drive, Friction, Law, Material, PointForce, Region, Scene, Solver, Tendon, Tip,
-    TrackerFrame,
+    AuxiliaryLayout, Bounds, Friction, Material, MaterialLaw, PointForce, PrescribedQuantity, Region, Scene,
+    Solver, Tendon, Tip, TrackerFrame,
 };
-pub use table::{Column, Filter, Table, TextFormat};
+pub use table::{Column, RowFilter, Table, TextFormat};
 pub use units::LengthUnit;

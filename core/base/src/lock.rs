@@ -19,12 +19,12 @@ const FOLDER_LOCK: &str = ".hysteron.lock";
 #[derive(Debug)]
 pub struct Lock {
     /// Some until it is dropped.
-    held: Option<Arc<Held>>,
+    held: Option<Arc<HeldLock>>,
 }
 
 /// A lock of this process.
 #[derive(Debug)]
-struct Held {
+struct HeldLock {
     /// The file with the lock on it.
     path: PathBuf,
     _file: File,
@@ -33,9 +33,9 @@ struct Held {
 }
 
 /// Locks of this process.
-static HELD: Mutex<BTreeMap<PathBuf, Weak<Held>>> = Mutex::new(BTreeMap::new());
+static HELD: Mutex<BTreeMap<PathBuf, Weak<HeldLock>>> = Mutex::new(BTreeMap::new());
 
-fn held() -> MutexGuard<'static, BTreeMap<PathBuf, Weak<Held>>> {
+fn held() -> MutexGuard<'static, BTreeMap<PathBuf, Weak<HeldLock>>> {
     HELD.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -92,7 +92,7 @@ impl Lock {
             }
         };
         clear_temporary(folder);
-        let lock = Arc::new(Held { path: path.clone(), _file: file, created });
+        let lock = Arc::new(HeldLock { path: path.clone(), _file: file, created });
         all.insert(path, Arc::downgrade(&lock));
         Ok(Self { held: Some(lock) })
     }
@@ -150,7 +150,7 @@ impl Drop for Lock {
     }
 }
 
-impl Held {
+impl HeldLock {
     fn remove(&self) {
         // While the lock still holds. What cannot be removed is taken over by the next one.
         let _ = std::fs::remove_file(&self.path);
@@ -161,7 +161,7 @@ impl Held {
     }
 }
 
-impl Drop for Held {
+impl Drop for HeldLock {
     fn drop(&mut self) {
         self.remove();
     }

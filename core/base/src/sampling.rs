@@ -7,12 +7,12 @@ const LATE: f64 = 1.5;
 
 /// Steps between the samples of a recording, one or more.
 #[derive(Debug, Clone)]
-pub struct Steps {
+pub struct SampleSteps {
     /// In ascending order [s].
     ascending: Vec<f64>,
 }
 
-impl Steps {
+impl SampleSteps {
     /// Those between these times; `None` for fewer than two.
     pub fn of(times: &[f64]) -> Option<Self> {
         let mut ascending: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -46,10 +46,10 @@ mod tests {
 
     #[test]
     fn a_late_step_counts_as_late_and_not_as_scatter() {
-        let steps = Steps::of(&[0.0, 1.0, 1.8, 2.8, 4.0, 9.0, 10.0]).unwrap();
+        let steps = SampleSteps::of(&[0.0, 1.0, 1.8, 2.8, 4.0, 9.0, 10.0]).unwrap();
         assert_eq!(steps.median(), 1.0);
         assert!((steps.longer_than(1.5) - 1.0 / 6.0).abs() < 1e-12);
         assert!((steps.scatter() - 0.4 / 5.0).abs() < 1e-12);
-        assert!(Steps::of(&[1.0]).is_none());
+        assert!(SampleSteps::of(&[1.0]).is_none());
     }
 }

@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 
 /// How a number in a unit becomes SI: times 10 to the `ten`, times π/180 to the `degrees`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Scale {
+struct UnitScale {
     ten: i32,
     degrees: i32,
 }
@@ -21,15 +21,15 @@ pub struct Unit {
     pub suffix: &'static str,
     /// Ending of the same quantity in SI, e.g. `m`.
     pub si_suffix: &'static str,
-    scale: Scale,
+    scale: UnitScale,
 }
 
 const fn ten(suffix: &'static str, si_suffix: &'static str, exponent: i32) -> Unit {
-    Unit { suffix, si_suffix, scale: Scale { ten: exponent, degrees: 0 } }
+    Unit { suffix, si_suffix, scale: UnitScale { ten: exponent, degrees: 0 } }
 }
 
 const fn degrees(suffix: &'static str, si_suffix: &'static str) -> Unit {
-    Unit { suffix, si_suffix, scale: Scale { ten: 0, degrees: 1 } }
+    Unit { suffix, si_suffix, scale: UnitScale { ten: 0, degrees: 1 } }
 }
 
 /// Units without a fraction line, each quantity with its SI unit first; `rad_s` and the like are rates. The last two are
@@ -161,7 +161,7 @@ impl Unit {
         Unit {
             suffix: spelled(above.suffix, below.suffix),
             si_suffix: spelled(above.si_suffix, below.si_suffix),
-            scale: Scale {
+            scale: UnitScale {
                 ten: above.scale.ten - below.scale.ten,
                 degrees: above.scale.degrees - below.scale.degrees,
             },
@@ -193,20 +193,20 @@ impl Unit {
 
     /// A value in this unit, in SI.
     pub fn to_si(&self, value: f64) -> f64 {
-        let Scale { ten, degrees } = self.scale;
+        let UnitScale { ten, degrees } = self.scale;
         shifted(turned(value, degrees), ten)
     }
 
     /// A value in SI, in this unit.
     pub fn from_si(&self, value: f64) -> f64 {
-        let Scale { ten, degrees } = self.scale;
+        let UnitScale { ten, degrees } = self.scale;
         shifted(turned(value, -degrees), -ten)
     }
 
     /// Reads a number written in this unit and returns it in SI, rounded once. `None` if the text is no number;
     /// infinite or NaN if it says so or is too large.
     pub fn parse_si(&self, text: &str) -> Option<f64> {
-        let Scale { ten: shift, degrees: 0 } = self.scale else {
+        let UnitScale { ten: shift, degrees: 0 } = self.scale else {
             return Some(self.to_si(text.parse().ok()?));
         };
         if let Some(value) = exact_decimal(text, shift) {
@@ -231,7 +231,7 @@ impl Unit {
     pub fn write_si(&self, value: f64, out: &mut String) {
         // A string takes all that is written.
         let _ = match self.scale {
-            Scale { ten, degrees: 0 } => write_shifted(value, -ten, out),
+            UnitScale { ten, degrees: 0 } => write_shifted(value, -ten, out),
             _ => write!(out, "{}", self.from_si(value)),
         };
     }

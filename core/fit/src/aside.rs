@@ -8,32 +8,32 @@ use crate::Failure;
 
 /// Why a model gave no value.
 #[derive(Debug)]
-pub(crate) enum Halt {
+pub(crate) enum EvaluationError {
     /// Our own.
     Bad(BadInput),
     /// The caller's, which is kept aside.
     Kept { is_local: bool },
 }
 
-impl From<BadInput> for Halt {
+impl From<BadInput> for EvaluationError {
     fn from(bad: BadInput) -> Self {
         Self::Bad(bad)
     }
 }
 
-impl Failure for Halt {
+impl Failure for EvaluationError {
     fn is_local(&self) -> bool {
         matches!(self, Self::Kept { is_local: true })
     }
 }
 
 /// A model as a search calls it: its values at parameters, with the error type erased.
-pub(crate) type Erased<'a, V> = &'a (dyn Fn(&[f64]) -> Result<V, Halt> + Sync);
+pub(crate) type Erased<'a, V> = &'a (dyn Fn(&[f64]) -> Result<V, EvaluationError> + Sync);
 
 /// Runs a search on `model` and gives its result, or the error of `model` that ended it.
 pub(crate) fn aside<V, T, E: Failure>(
     model: impl Fn(&[f64]) -> Result<V, E> + Sync,
-    search: impl FnOnce(Erased<V>) -> Result<T, Halt>,
+    search: impl FnOnce(Erased<V>) -> Result<T, EvaluationError>,
 ) -> Result<T, E> {
     let kept = Mutex::new(None);
     let erased = |at: &[f64]| {
@@ -44,14 +44,16 @@ pub(crate) fn aside<V, T, E: Failure>(
             if !(is_local && kept.as_ref().is_some_and(|earlier: &E| !earlier.is_local())) {
                 *kept = Some(error);
             }
-            Halt::Kept { is_local }
+            EvaluationError::Kept { is_local }
         })
     };
     let found = search(&erased);
     let kept = kept.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
     found.map_err(|halt| match (halt, kept) {
-        (Halt::Bad(bad), _) => bad.into(),
-        (Halt::Kept { .. }, Some(error)) => error,
-        (Halt::Kept { .. }, None) => BadInput::new("residuals", "a value or an error", "neither").into(),
+        (EvaluationError::Bad(bad), _) => bad.into(),
+        (EvaluationError::Kept { .. }, Some(error)) => error,
+        (EvaluationError::Kept { .. }, None) => {
+            BadInput::new("residuals", "a value or an error", "neither").into()
+        }
     })
 }

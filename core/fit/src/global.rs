@@ -16,7 +16,7 @@ use basin::{
 
 use hysteron_base::BadInput;
 
-use crate::aside::{Erased, Halt, aside};
+use crate::aside::{Erased, EvaluationError, aside};
 use crate::{Failure, Parameter};
 
 /// How a population is moved.
@@ -85,13 +85,13 @@ pub struct GlobalSearch {
 const NO_VALUE: f64 = f64::MAX;
 
 /// A cost over places between bounds, 0 to 1 each.
-struct Places<'a> {
+struct UnitCubeCost<'a> {
     parameters: &'a [Parameter],
     cost: Erased<'a, f64>,
     bounds: [Vec<f64>; 2],
 }
 
-impl Places<'_> {
+impl UnitCubeCost<'_> {
     /// The same problem.
     fn again(&self) -> Self {
         Self { parameters: self.parameters, cost: self.cost, bounds: self.bounds.clone() }
@@ -102,7 +102,7 @@ impl Places<'_> {
     }
 }
 
-impl Constraints for Places<'_> {
+impl Constraints for UnitCubeCost<'_> {
     type Set = ConstraintSet<BoxBounds<Vec<f64>>>;
 
     fn constraints(&self) -> <Self::Set as basin::ConstraintDescription>::Borrowed<'_> {
@@ -111,13 +111,13 @@ impl Constraints for Places<'_> {
     }
 }
 
-impl CostFunction for Places<'_> {
+impl CostFunction for UnitCubeCost<'_> {
     type Param = Vec<f64>;
     type Output = f64;
-    type Error = Halt;
+    type Error = EvaluationError;
 
     /// Where the cost has no value it is [`NO_VALUE`].
-    fn cost(&self, places: &Vec<f64>) -> Result<f64, Halt> {
+    fn cost(&self, places: &Vec<f64>) -> Result<f64, EvaluationError> {
         match (self.cost)(&self.values(places)) {
             Err(error) if error.is_local() => Ok(NO_VALUE),
             Ok(cost) if cost.is_nan() => Ok(NO_VALUE),
@@ -146,7 +146,7 @@ fn searched(
     parameters: &[Parameter],
     options: &GlobalOptions,
     cost: Erased<f64>,
-) -> Result<GlobalSearch, Halt> {
+) -> Result<GlobalSearch, EvaluationError> {
     parameters.iter().try_for_each(Parameter::check)?;
     let n = parameters.len();
     if n == 0 {
@@ -158,7 +158,7 @@ fn searched(
             is_converged: true,
         });
     }
-    let problem = Places { parameters, cost, bounds: [vec![0.0; n], vec![1.0; n]] };
+    let problem = UnitCubeCost { parameters, cost, bounds: [vec![0.0; n], vec![1.0; n]] };
     let members = (n * options.members_per_parameter).max(6);
     match options.method {
         GlobalMethod::DifferentialEvolution { weight, crossover } => {
@@ -214,9 +214,14 @@ impl GlobalSearch {
     }
 }
 
-fn evolve<S>(problem: Places, solver: S, options: &GlobalOptions) -> Result<GlobalSearch, Halt>
+fn evolve<S>(
+    problem: UnitCubeCost,
+    solver: S,
+    options: &GlobalOptions,
+) -> Result<GlobalSearch, EvaluationError>
 where
-    for<'a> S: Solver<Places<'a>, PopulationProgress<Vec<f64>>, Error = ConstraintSolveError<Halt>>,
+    for<'a> S:
+        Solver<UnitCubeCost<'a>, PopulationProgress<Vec<f64>>, Error = ConstraintSolveError<EvaluationError>>,
 {
     let parameters = problem.parameters;
     let members =
@@ -242,7 +247,7 @@ where
     })
 }
 
-fn evaluation(error: ConstraintSolveError<Halt>) -> Halt {
+fn evaluation(error: ConstraintSolveError<EvaluationError>) -> EvaluationError {
     match error {
         ConstraintSolveError::Evaluation(error) => error,
         // The bounds are ours: from 0 to 1.

@@ -6,11 +6,11 @@
 //! fits worse than noise allows.
 
 use crate::Failure;
-use crate::aside::{Erased, Halt, aside};
+use crate::aside::{Erased, EvaluationError, aside};
 use crate::outcome::{Fit, Options};
 use crate::parameter::Parameter;
-use crate::search::{Problem, Series, cost, prior_rows, rms};
-use crate::uncertainty::{self, Spread};
+use crate::search::{FitProblem, ResidualSeries, cost, prior_rows, rms};
+use crate::uncertainty::{self, ResidualVariance};
 
 /// Tolerance of a search whose end is the end [-].
 pub const TOLERANCE: f64 = 1e-5;
@@ -33,11 +33,15 @@ where
     aside(residuals, |residuals| fitted(parameters, options, residuals))
 }
 
-fn fitted(parameters: &[Parameter], options: &Options, residuals: Erased<Series>) -> Result<Fit, Halt> {
-    let (mut problem, first) = Problem::new(parameters, options, residuals)?;
+fn fitted(
+    parameters: &[Parameter],
+    options: &Options,
+    residuals: Erased<ResidualSeries>,
+) -> Result<Fit, EvaluationError> {
+    let (mut problem, first) = FitProblem::new(parameters, options, residuals)?;
     let start: Vec<f64> = parameters.iter().map(|p| p.place(p.start)).collect();
     let home: Vec<f64> = parameters.iter().map(|p| p.place(p.home())).collect();
-    let spread_of = |series: &[Vec<f64>], n: usize| Spread::new(series, n + options.n_nuisance);
+    let spread_of = |series: &[Vec<f64>], n: usize| ResidualVariance::new(series, n + options.n_nuisance);
     problem.noise = spread_of(&first, parameters.len()).variance.sqrt();
 
     // Parameters that are not observable are held, one at a time, until the rest is determined.

@@ -21,9 +21,11 @@ pub use fuzzy::{Consequents, FuzzyNetwork};
 pub use global::{GlobalMethod, GlobalOptions, GlobalSearch, search_globally};
 pub use least_squares::{TOLERANCE, least_squares};
 pub use outcome::{Fit, Options};
-pub use parameter::{Parameter, Prior, Scale};
-pub use search::{Found, Problem, cost, minimum, polished, prior_rows};
-pub use uncertainty::{Estimate, Spread, Standing, condition, correction, covariance, unidentifiable};
+pub use parameter::{Parameter, ParameterScale, Prior};
+pub use search::{FitProblem, SearchResult, cost, minimum, polished, prior_rows};
+pub use uncertainty::{
+    Estimate, Identifiability, ResidualVariance, condition, correction, covariance, unidentifiable,
+};
 
 /// Error type of the residuals of a fit.
 pub trait Failure: From<BadInput> + Send + std::fmt::Debug {

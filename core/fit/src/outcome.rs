@@ -1,7 +1,7 @@
 //! Options of a fit, and its result.
 
 use crate::parameter::Parameter;
-use crate::uncertainty::{self, Estimate, Standing};
+use crate::uncertainty::{self, Estimate, Identifiability};
 
 /// Options of a least-squares fit: loss, thresholds, tolerance and a progress callback.
 pub struct Options<'a> {
@@ -61,8 +61,8 @@ impl Fit {
         let (estimates, correlation) =
             uncertainty::estimates(parameters, places, (fitted, covariance), &[], &[]);
         for ((old, new), standing) in self.estimates.iter_mut().zip(estimates).zip(standings) {
-            let is_still_inside = new.standing != Standing::AtBound;
-            if matches!(standing, Standing::Fitted | Standing::Vague) {
+            let is_still_inside = new.standing != Identifiability::AtBound;
+            if matches!(standing, Identifiability::Fitted | Identifiability::Vague) {
                 *old = Estimate {
                     start: old.start,
                     standing: if is_still_inside { standing } else { new.standing.clone() },

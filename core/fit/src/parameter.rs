@@ -4,7 +4,7 @@ use hysteron_base::{BadInput, Bounds};
 
 /// How a parameter is spread between its bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scale {
+pub enum ParameterScale {
     /// Evenly.
     Linear,
     /// Evenly in its logarithm; both bounds are positive.
@@ -30,7 +30,7 @@ pub struct Parameter {
     /// Where it may go [SI].
     pub bounds: Bounds,
     /// How it is spread between them.
-    pub scale: Scale,
+    pub scale: ParameterScale,
     /// Its prior, if any.
     pub prior: Option<Prior>,
 }
@@ -43,10 +43,10 @@ impl Parameter {
     pub fn check(&self) -> Result<(), BadInput> {
         let Bounds { min, max } = self.bounds;
         let is_interval = min.is_finite() && max.is_finite() && min < max;
-        if !is_interval || (self.scale == Scale::Logarithmic && min <= 0.0) {
+        if !is_interval || (self.scale == ParameterScale::Logarithmic && min <= 0.0) {
             let expected = match self.scale {
-                Scale::Linear => "two finite numbers, the first smaller",
-                Scale::Logarithmic => "two finite positive numbers, the first smaller",
+                ParameterScale::Linear => "two finite numbers, the first smaller",
+                ParameterScale::Logarithmic => "two finite positive numbers, the first smaller",
             };
             let place = format!("bounds of {}", self.name);
             return Err(BadInput::new(place, expected, format!("{min} to {max}")));
@@ -78,8 +78,8 @@ impl Parameter {
 
     fn along(&self, value: f64) -> f64 {
         match self.scale {
-            Scale::Linear => value,
-            Scale::Logarithmic => value.ln(),
+            ParameterScale::Linear => value,
+            ParameterScale::Logarithmic => value.ln(),
         }
     }
 
@@ -92,8 +92,8 @@ impl Parameter {
             _ => {}
         }
         let value = match self.scale {
-            Scale::Linear => min + place * (max - min),
-            Scale::Logarithmic => (min.ln() + place * (max / min).ln()).exp(),
+            ParameterScale::Linear => min + place * (max - min),
+            ParameterScale::Logarithmic => (min.ln() + place * (max / min).ln()).exp(),
         };
         self.bounds.clamp(value)
     }
@@ -101,8 +101,8 @@ impl Parameter {
     /// Change of the value with its place.
     pub(crate) fn slope(&self, value: f64) -> f64 {
         match self.scale {
-            Scale::Linear => self.bounds.max - self.bounds.min,
-            Scale::Logarithmic => value * (self.bounds.max / self.bounds.min).ln(),
+            ParameterScale::Linear => self.bounds.max - self.bounds.min,
+            ParameterScale::Logarithmic => value * (self.bounds.max / self.bounds.min).ln(),
         }
     }
 }

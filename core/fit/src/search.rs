@@ -14,10 +14,10 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationRe
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 
 use crate::Failure;
-use crate::aside::{Erased, Halt, aside};
+use crate::aside::{Erased, EvaluationError, aside};
 use crate::outcome::{Fit, Options};
 use crate::parameter::Parameter;
-use crate::uncertainty::{self, Spread, Standing};
+use crate::uncertainty::{self, Identifiability, ResidualVariance};
 
 /// Difference of places for derivatives [-]: the solver's tolerance and the curvature of the residuals both stay
 /// below a hundredth of what such a step moves.
@@ -42,17 +42,17 @@ const MAX_ROUNDS: usize = 3;
 const SAME_SPREAD: f64 = 0.7;
 
 /// Residuals that belong together, each next to its neighbours.
-pub type Series = Vec<Vec<f64>>;
+pub type ResidualSeries = Vec<Vec<f64>>;
 
 /// Residuals of parameters, and their priors.
-pub struct Problem<'a, E> {
+pub struct FitProblem<'a, E> {
     parameters: &'a [Parameter],
     options: &'a Options<'a>,
-    residuals: &'a (dyn Fn(&[f64]) -> Result<Series, E> + Sync),
+    residuals: &'a (dyn Fn(&[f64]) -> Result<ResidualSeries, E> + Sync),
     n_residuals: usize,
     /// Standard deviation of an independent residual, which one of a prior counts as.
     pub noise: f64,
-    effort: Effort,
+    effort: SearchLimits,
     /// Value of every residual where they cannot be computed.
     failed: f64,
     evaluations: AtomicUsize,
@@ -61,13 +61,13 @@ pub struct Problem<'a, E> {
 }
 
 /// When a search ends.
-struct Effort {
+struct SearchLimits {
     tolerance: f64,
     jacobians: usize,
 }
 
 /// Where a search ended.
-pub struct Found {
+pub struct SearchResult {
     /// All parameters, also those that were not free.
     pub places: Vec<f64>,
     /// Jacobians computed.
@@ -78,7 +78,7 @@ pub struct Found {
     pub is_converged: bool,
 }
 
-impl<'a, E: Failure> Problem<'a, E> {
+impl<'a, E: Failure> FitProblem<'a, E> {
     /// With the residuals at the start, which are given back; nothing is known of their spread yet.
     ///
     /// # Errors
@@ -86,8 +86,8 @@ impl<'a, E: Failure> Problem<'a, E> {
     pub fn new(
         parameters: &'a [Parameter],
         options: &'a Options<'a>,
-        residuals: &'a (dyn Fn(&[f64]) -> Result<Series, E> + Sync),
-    ) -> Result<(Self, Series), E> {
+        residuals: &'a (dyn Fn(&[f64]) -> Result<ResidualSeries, E> + Sync),
+    ) -> Result<(Self, ResidualSeries), E> {
         parameters.iter().try_for_each(Parameter::check)?;
         let first = residuals(&parameters.iter().map(|p| p.start).collect::<Vec<_>>())?;
         let n_residuals = first.iter().map(Vec::len).sum::<usize>();
@@ -101,7 +101,7 @@ impl<'a, E: Failure> Problem<'a, E> {
             residuals,
             n_residuals,
             noise: 0.0,
-            effort: Effort { tolerance: options.tolerance, jacobians: usize::MAX },
+            effort: SearchLimits { tolerance: options.tolerance, jacobians: usize::MAX },
             failed: 10.0 * rms(&first).max(f64::MIN_POSITIVE),
             evaluations: AtomicUsize::new(1),
             best: Mutex::new(rms(&first)),
@@ -120,8 +120,8 @@ impl<'a, E: Failure> Problem<'a, E> {
         &mut self,
         start: &[f64],
         free: &[usize],
-        spread: impl Fn(&[Vec<f64>], usize) -> Spread,
-    ) -> Result<Found, E> {
+        spread: impl Fn(&[Vec<f64>], usize) -> ResidualVariance,
+    ) -> Result<SearchResult, E> {
         let mut found = self.search(start, free)?;
         for _ in 1..MAX_ROUNDS {
             if free.iter().all(|&k| self.parameters[k].prior.is_none()) {
@@ -158,7 +158,7 @@ impl<'a, E: Failure> Problem<'a, E> {
     }
 
     /// The residuals with all parameters at `places`, bent by Huber's rule; none where they have no value.
-    pub fn evaluate(&self, places: &[f64]) -> Result<Option<Series>, E> {
+    pub fn evaluate(&self, places: &[f64]) -> Result<Option<ResidualSeries>, E> {
         let values: Vec<f64> = self.parameters.iter().zip(places).map(|(p, place)| p.value(*place)).collect();
         self.evaluations.fetch_add(1, Ordering::Relaxed);
         match (self.residuals)(&values) {
@@ -191,7 +191,7 @@ impl<'a, E: Failure> Problem<'a, E> {
 
     /// `found` with those of `free` on their bounds whose minimum lies there: near a bound the cost falls towards it, up to the
     /// bound itself. The others are then searched again.
-    pub fn pinned(&self, mut found: Found, free: &[usize]) -> Result<Found, E> {
+    pub fn pinned(&self, mut found: SearchResult, free: &[usize]) -> Result<SearchResult, E> {
         let distance = |place: f64| (place - place.round()).abs();
         let near: Vec<usize> =
             free.iter().copied().filter(|&k| distance(found.places[k]) <= NEAR_BOUND).collect();
@@ -215,15 +215,15 @@ impl<'a, E: Failure> Problem<'a, E> {
         }
         if has_moved && !rest.is_empty() {
             let again = self.search(&found.places, &rest)?;
-            return Ok(Found { iterations: found.iterations + again.iterations, ..again });
+            return Ok(SearchResult { iterations: found.iterations + again.iterations, ..again });
         }
         Ok(found)
     }
 
     /// The search from `start` with the parameters `free`.
-    pub fn search(&self, start: &[f64], free: &[usize]) -> Result<Found, E> {
+    pub fn search(&self, start: &[f64], free: &[usize]) -> Result<SearchResult, E> {
         let angle = |&k: &usize| (2.0 * start[k].clamp(OFF_BOUND, 1.0 - OFF_BOUND) - 1.0).asin();
-        let search = Search {
+        let search = TransformedProblem {
             problem: self,
             start,
             free,
@@ -234,7 +234,7 @@ impl<'a, E: Failure> Problem<'a, E> {
         };
         if free.is_empty() {
             let ended = "nothing to fit is determined by the data".to_owned();
-            return Ok(Found { places: start.to_vec(), iterations: 0, ended, is_converged: true });
+            return Ok(SearchResult { places: start.to_vec(), iterations: 0, ended, is_converged: true });
         }
         let method = LevenbergMarquardt::new().with_tol(self.effort.tolerance).with_patience(PATIENCE);
         let (search, report) = method.minimize(search);
@@ -260,26 +260,26 @@ impl<'a, E: Failure> Problem<'a, E> {
             TerminationReason::Numerical(_) => "not converged: a number is not finite".to_owned(),
             _ => "not converged: the search was given up".to_owned(),
         };
-        Ok(Found { places, iterations, ended, is_converged })
+        Ok(SearchResult { places, iterations, ended, is_converged })
     }
 }
 
 /// Parameters, and the residuals there by recording.
-type Evaluated = (Vec<f64>, Series);
+type EvaluatedPoint = (Vec<f64>, ResidualSeries);
 
 /// The problem in the form of `levenberg-marquardt`: in angles, for the free parameters alone.
-struct Search<'a, E> {
-    problem: &'a Problem<'a, E>,
+struct TransformedProblem<'a, E> {
+    problem: &'a FitProblem<'a, E>,
     start: &'a [f64],
     free: &'a [usize],
     angles: DVector<f64>,
     iterations: AtomicUsize,
     /// Places and residuals of the last evaluation: a Jacobian is computed at the same places.
-    last: Mutex<Option<Evaluated>>,
+    last: Mutex<Option<EvaluatedPoint>>,
     failure: Mutex<Option<E>>,
 }
 
-impl<E: Failure> Search<'_, E> {
+impl<E: Failure> TransformedProblem<'_, E> {
     fn places(&self) -> Vec<f64> {
         let mut places = self.start.to_vec();
         for (&k, angle) in self.free.iter().zip(self.angles.iter()) {
@@ -309,7 +309,7 @@ impl<E: Failure> Search<'_, E> {
     }
 }
 
-impl<E: Failure> LeastSquaresProblem<f64, Dyn, Dyn> for Search<'_, E> {
+impl<E: Failure> LeastSquaresProblem<f64, Dyn, Dyn> for TransformedProblem<'_, E> {
     type ResidualStorage = Owned<f64, Dyn>;
     type JacobianStorage = Owned<f64, Dyn, Dyn>;
     type ParameterStorage = Owned<f64, Dyn>;
@@ -369,7 +369,7 @@ fn bent(residual: f64, threshold: f64) -> f64 {
 /// The minimum near the starts of `parameters`, roughly: their values, and the cost there.
 ///
 /// # Errors
-/// Those of [`Problem::new`] and of `residuals`.
+/// Those of [`FitProblem::new`] and of `residuals`.
 pub fn minimum<F, E>(parameters: &[Parameter], options: &Options, residuals: F) -> Result<(Vec<f64>, f64), E>
 where
     F: Fn(&[f64]) -> Result<Vec<Vec<f64>>, E> + Sync,
@@ -381,10 +381,10 @@ where
 fn roughly(
     parameters: &[Parameter],
     options: &Options,
-    residuals: Erased<Series>,
-) -> Result<(Vec<f64>, f64), Halt> {
-    let (mut problem, first) = Problem::new(parameters, options, residuals)?;
-    problem.effort = Effort { tolerance: QUICK_TOLERANCE, jacobians: QUICK_JACOBIANS };
+    residuals: Erased<ResidualSeries>,
+) -> Result<(Vec<f64>, f64), EvaluationError> {
+    let (mut problem, first) = FitProblem::new(parameters, options, residuals)?;
+    problem.effort = SearchLimits { tolerance: QUICK_TOLERANCE, jacobians: QUICK_JACOBIANS };
     problem.noise = rms(&first);
     let start: Vec<f64> = parameters.iter().map(|p| p.place(p.start)).collect();
     let all: Vec<usize> = (0..parameters.len()).collect();
@@ -398,7 +398,7 @@ fn roughly(
 /// are determined; with other residuals than it was found with.
 ///
 /// # Errors
-/// Those of [`Problem::new`] and of `residuals`.
+/// Those of [`FitProblem::new`] and of `residuals`.
 pub fn polished<F, E>(
     parameters: &[Parameter],
     options: &Options,
@@ -415,14 +415,15 @@ where
 fn corrected(
     parameters: &[Parameter],
     options: &Options,
-    residuals: Erased<Series>,
+    residuals: Erased<ResidualSeries>,
     fit: &mut Fit,
-) -> Result<(), Halt> {
-    let (mut problem, first) = Problem::new(parameters, options, residuals)?;
+) -> Result<(), EvaluationError> {
+    let (mut problem, first) = FitProblem::new(parameters, options, residuals)?;
     let places: Vec<f64> = parameters.iter().map(|p| p.place(p.start)).collect();
-    let is_free = |k: &usize| matches!(fit.estimates[*k].standing, Standing::Fitted | Standing::Vague);
+    let is_free =
+        |k: &usize| matches!(fit.estimates[*k].standing, Identifiability::Fitted | Identifiability::Vague);
     let free = uncertainty::inside(&(0..parameters.len()).filter(is_free).collect::<Vec<_>>(), &places);
-    let spread = Spread::new(&first, free.len() + options.n_nuisance);
+    let spread = ResidualVariance::new(&first, free.len() + options.n_nuisance);
     problem.noise = spread.variance.sqrt();
     let columns = problem.columns(&places, &free, &first)?;
     let rows = prior_rows(parameters, &free, &columns, problem.noise);
@@ -449,7 +450,7 @@ fn corrected(
     let of_inside = |k: &usize| free.iter().position(|f| f == k).map(|at| columns[at].clone());
     let columns: Vec<Vec<f64>> = inside.iter().filter_map(of_inside).collect();
     let rows = prior_rows(parameters, &inside, &columns, problem.noise);
-    let spread = Spread::new(&best.1, inside.len() + options.n_nuisance);
+    let spread = ResidualVariance::new(&best.1, inside.len() + options.n_nuisance);
     let covariance = uncertainty::covariance(&rows, spread.variance);
     fit.correct(parameters, &best.0, (&inside, covariance.as_ref()));
     fit.condition = uncertainty::condition(&columns);

@@ -12,7 +12,7 @@ use crate::parameter::Parameter;
 
 /// Identifiability of a parameter after a fit.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Standing {
+pub enum Identifiability {
     /// Fitted.
     Fitted,
     /// On one of its bounds.
@@ -36,7 +36,7 @@ pub struct Estimate {
     /// Standard error [SI], for a fitted or a vague one.
     pub standard_error: Option<f64>,
     /// Its identifiability.
-    pub standing: Standing,
+    pub standing: Identifiability,
 }
 
 /// Standard deviation of a number drawn evenly from 0 to 1.
@@ -48,14 +48,14 @@ const NAMED: f64 = 0.3;
 const CORRELATED: f64 = 0.9;
 
 /// Variance of the residuals.
-pub struct Spread {
+pub struct ResidualVariance {
     /// Residual variance, already larger by how much neighbours repeat each other.
     pub variance: f64,
     /// How many independent residuals there are.
     pub n_effective: f64,
 }
 
-impl Spread {
+impl ResidualVariance {
     /// Of residuals after a fit of `n_parameters`. Each series counts as its length over its correlation time
     /// 1 + 2 Σ ρ_k, summed until the correlation ρ_k first falls to zero. One of zeros alone, as of limits that are kept,
     /// carries no information on the spread.
@@ -189,11 +189,11 @@ pub fn estimates(
             standard_error: entry(k, k).map(|variance| variance.sqrt() * parameter.slope(value)),
             standing: match (is_held, position(k)) {
                 (Some((_, with)), _) => {
-                    Standing::Undetermined(with.iter().map(|&w| parameters[w].name.clone()).collect())
+                    Identifiability::Undetermined(with.iter().map(|&w| parameters[w].name.clone()).collect())
                 }
-                (None, Some(_)) if kept.contains(&k) => Standing::Vague,
-                (None, Some(_)) => Standing::Fitted,
-                (None, None) => Standing::AtBound,
+                (None, Some(_)) if kept.contains(&k) => Identifiability::Vague,
+                (None, Some(_)) => Identifiability::Fitted,
+                (None, None) => Identifiability::AtBound,
             },
         }
     };

@@ -5,7 +5,9 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use hysteron_base::BadInput;
-use hysteron_learn::{Form, Transformer, TransformerRunner, TransformerShape, TransformerTape, WeightFormat};
+use hysteron_learn::{
+    TemporalForm, Transformer, TransformerRunner, TransformerShape, TransformerTape, WeightFormat,
+};
 
 /// The shortest of some runs [s].
 fn shortest(runs: usize, mut work: impl FnMut()) -> f64 {
@@ -19,7 +21,7 @@ fn shortest(runs: usize, mut work: impl FnMut()) -> f64 {
 
 fn main() -> Result<(), BadInput> {
     let runs = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(30);
-    for form in [Form::Window, Form::Streaming] {
+    for form in [TemporalForm::Window, TemporalForm::Streaming] {
         let shape = TransformerShape::published(36, &[5, 3, 1, 5], form);
         let network = Transformer::<f32>::new(&shape, 1)?;
         for format in [WeightFormat::Float32, WeightFormat::Int16] {
@@ -37,15 +39,15 @@ fn main() -> Result<(), BadInput> {
             );
         }
         // Eight sequences; a window of each, or one step after the other.
-        let (rows, steps) = (8, if form == Form::Window { shape.tokens } else { 32 });
+        let (rows, steps) = (8, if form == TemporalForm::Window { shape.tokens } else { 32 });
         let mut tape = TransformerTape::new(&shape, steps, rows);
         let inputs = vec![0.1; steps * rows * shape.inputs];
         let mut gradient = network.zeros();
         let mut seconds = [f64::INFINITY; 3];
         for _ in 0..runs {
-            let results = if form == Form::Window { 1 } else { steps };
+            let results = if form == TemporalForm::Window { 1 } else { steps };
             let start = Instant::now();
-            let pass = if form == Form::Window { steps } else { 1 };
+            let pass = if form == TemporalForm::Window { steps } else { 1 };
             for s in (0..steps).step_by(pass) {
                 tape.forward(
                     &network,

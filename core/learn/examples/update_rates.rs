@@ -4,8 +4,8 @@
 use std::time::Instant;
 
 use hysteron_learn::{
-    Adam, Architecture, Backprop, Batch, Card, Form, Head, Memory, Network, Outputs, Result, TapePool,
-    Training, Transformer, TransformerShape, mean_squared_error,
+    Adam, Architecture, Backprop, DeviceCard, HeadActivation, HeadOutputs, Memory, Network, Result,
+    SequenceBatch, TapePool, TemporalForm, Training, Transformer, TransformerShape, mean_squared_error,
 };
 use rayon::prelude::*;
 
@@ -33,13 +33,13 @@ fn timed(mut update: impl FnMut() -> Result<f64>) -> Result<(f64, f64)> {
 
 fn lstm(hidden: usize, rows: usize, steps: usize) -> Result<()> {
     let architecture =
-        Architecture { inputs: 2, hidden, layers: 2, outputs: 4, head: Head::Linear, dropout: 0.0 };
+        Architecture { inputs: 2, hidden, layers: 2, outputs: 4, head: HeadActivation::Linear, dropout: 0.0 };
     let passes = Backprop::new(&architecture, 1)?;
     let mut training = Training::new(Network::new(&architecture, 1)?, Adam::default(), Some(0.01))?;
     let (inputs, targets) = (wave(steps * rows * 2), wave(steps * rows * 4));
     let mut updates = passes.updates(&mut training)?;
     let (seconds, loss) = timed(|| {
-        let batch = Batch { inputs: &inputs, steps, rows, outputs: Outputs::All };
+        let batch = SequenceBatch { inputs: &inputs, steps, rows, outputs: HeadOutputs::All };
         let mut memory = Memory::zeros(&architecture, rows);
         updates.step(&batch, &mut memory, |found, by| mean_squared_error(found, &targets, by))
     })?;
@@ -93,9 +93,9 @@ fn group(all: &[f32], rows: usize, channels: usize, which: usize) -> Vec<f32> {
 
 fn transformer(shape: &TransformerShape, rows: usize, steps: usize) -> Result<()> {
     let mut training = Training::new(Transformer::new(shape, 1)?, Adam::default(), Some(0.01))?;
-    let results = if shape.form == Form::Window { 1 } else { steps };
+    let results = if shape.form == TemporalForm::Window { 1 } else { steps };
     let (inputs, targets) = (wave(steps * rows * shape.inputs), wave(results * rows * shape.outputs()));
-    let (seconds, loss) = if let Some(card) = Card::first()? {
+    let (seconds, loss) = if let Some(card) = DeviceCard::first()? {
         let mut updates = card.updates(&training)?;
         timed(|| {
             let outputs = updates.forward(&inputs, rows)?;
@@ -121,7 +121,7 @@ fn transformer(shape: &TransformerShape, rows: usize, steps: usize) -> Result<()
 }
 
 fn main() -> Result<()> {
-    let place = Card::first()?.map_or_else(|| "the processor".to_owned(), |_| "the card".to_owned());
+    let place = DeviceCard::first()?.map_or_else(|| "the processor".to_owned(), |_| "the card".to_owned());
     println!("on {place}, {} threads", rayon::current_num_threads());
     lstm(128, 64, 100)?;
     lstm(512, 64, 200)?;
@@ -132,11 +132,11 @@ fn main() -> Result<()> {
         feed_forward: 2 * width,
         latent: width,
         tokens,
-        ..TransformerShape::published(36, &heads, Form::Streaming)
+        ..TransformerShape::published(36, &heads, TemporalForm::Streaming)
     };
     transformer(&small(32, 2, 33), 32, 64)?;
     transformer(&small(128, 2, 33), 32, 64)?;
-    transformer(&TransformerShape::published(36, &heads, Form::Streaming), 64, 40)?;
-    let window = TransformerShape::published(36, &heads, Form::Window);
+    transformer(&TransformerShape::published(36, &heads, TemporalForm::Streaming), 64, 40)?;
+    let window = TransformerShape::published(36, &heads, TemporalForm::Window);
     transformer(&window, 64, window.tokens)
 }

@@ -1,7 +1,7 @@
 //! Networks: an engine that trains models of any family, LSTM networks, Transformers and multi-layer perceptrons as its families, sequence
 //! regression on top, and checkpoints.
 //!
-//! A [`Model`] is named arrays of parameters; a [`Task`] goes through its data and gives gradients; [`fit`] is the one training
+//! A [`TrainableModel`] is named arrays of parameters; a [`TrainingTask`] goes through its data and gives gradients; [`fit`] is the one training
 //! loop, with schedule, moving average, early stopping and a file to go on from. A [`Network`] is trained by a candle graph
 //! whose only own operation is an LSTM layer over a whole sequence ([`Backprop`]); a [`Runner`] steps it one sample at a time
 //! and needs none of that. Arrays of sequences are `f32` and time-major: [step][row of the batch][channel]. Equations and file
@@ -34,14 +34,16 @@ pub mod ridge;
 mod transformer;
 
 pub use engine::{
-    Adam, ChannelErrors, Decay, Ending, Epoch, FitReport, FitResult, Lbfgs, LeastSquares, LevenbergMarquardt,
-    MAX_EPOCHS, MAX_HIDDEN, MAX_ROWS, Model, Objective, ParameterVector, Penalty, Progress, Real, Schedule,
-    Session, Task, TensorShape, Training, fit, mean, mean_squared_error, minimise, warm_up_cosine,
+    Adam, ChannelErrors, Decay, Ending, Epoch, FitReport, FitResult, Float, Lbfgs, LeastSquares,
+    LevenbergMarquardt, MAX_EPOCHS, MAX_HIDDEN, MAX_ROWS, Objective, ParameterVector, Penalty, Schedule,
+    TensorShape, TrainableModel, Training, TrainingProgress, TrainingSession, TrainingTask, fit, mean,
+    mean_squared_error, minimise, warm_up_cosine,
 };
 pub use error::{Error, Result};
 pub use files::{Checkpoint, read_parameters, read_parameters_header, write_parameters};
 pub use lstm::{
-    Architecture, Backprop, Batch, Head, Member, Memory, Network, Outputs, Placed, Runner, Trainer, Updates,
+    Architecture, Backprop, HeadActivation, HeadOutputs, Member, Memory, Network, PlacedNetwork, Runner,
+    SequenceBatch, Trainer, Updates,
 };
 pub use mlp::{Activation, ByParameters, Mlp, MlpTape};
 pub use normaliser::{ChannelRange, Normaliser};
@@ -51,6 +53,6 @@ pub use regression::{
     WindowedSequence, restore_bounded, windows,
 };
 pub use transformer::{
-    Block, Card, CardUpdates, ClosedLoop, Form, Plant, StepLoss, TapePool, Transformer, TransformerGraph,
-    TransformerRunner, TransformerShape, TransformerTape,
+    BlockKind, CardUpdates, ClosedLoop, DeviceCard, PlantBatch, StepLoss, TapePool, TemporalForm,
+    Transformer, TransformerGraph, TransformerRunner, TransformerShape, TransformerTape,
 };

@@ -4,8 +4,8 @@
 use candle_core::backprop::GradStore;
 use candle_core::{DType, Device, Tensor, Var, WithDType};
 
-use crate::engine::{Factors, Moments, Updated};
-use crate::{Model, Result, Training};
+use crate::engine::{AdamFactors, Moments, Updated};
+use crate::{Result, TrainableModel, Training};
 
 /// The first NVIDIA card, or the processor: without the feature `cuda`, or where CUDA shows no card.
 ///
@@ -20,12 +20,12 @@ pub(crate) fn best_device() -> candle_core::Result<Device> {
 
 /// The vectors of a model's parameters on a device.
 #[derive(Debug)]
-pub(crate) struct Weights(Vec<Var>);
+pub(crate) struct DeviceWeights(Vec<Var>);
 
 /// Derivatives by each vector of parameters, on the device.
-pub(crate) struct Gradients(Vec<Tensor>);
+pub(crate) struct DeviceGradients(Vec<Tensor>);
 
-impl Weights {
+impl DeviceWeights {
     /// Takes them there.
     ///
     /// # Errors
@@ -44,8 +44,10 @@ impl Weights {
     ///
     /// # Errors
     /// The device refuses.
-    pub fn gradients(&self, found: &GradStore) -> candle_core::Result<Gradients> {
-        Ok(Gradients(self.0.iter().map(|own| derivative(found, own)).collect::<candle_core::Result<_>>()?))
+    pub fn gradients(&self, found: &GradStore) -> candle_core::Result<DeviceGradients> {
+        Ok(DeviceGradients(
+            self.0.iter().map(|own| derivative(found, own)).collect::<candle_core::Result<_>>()?,
+        ))
     }
 }
 
@@ -57,7 +59,7 @@ pub(crate) fn derivative(found: &GradStore, by: &Var) -> candle_core::Result<Ten
     found.get(by).map_or_else(|| by.zeros_like(), |own| Ok(own.clone()))
 }
 
-impl Gradients {
+impl DeviceGradients {
     /// By each vector.
     pub fn new(gradients: Vec<Tensor>) -> Self {
         Self(gradients)
@@ -75,7 +77,7 @@ impl Gradients {
 /// The arrays of a training, for each vector of parameters.
 #[derive(Debug)]
 pub(crate) struct OnDevice {
-    weights: Weights,
+    weights: DeviceWeights,
     mean: Vec<Tensor>,
     square: Vec<Tensor>,
     average: Option<Vec<Tensor>>,
@@ -88,11 +90,11 @@ impl OnDevice {
     ///
     /// # Errors
     /// `Tensors` if it refuses.
-    pub fn new<M: Model<Value = f32>>(device: &Device, training: &Training<M>) -> Result<Self> {
+    pub fn new<M: TrainableModel<Value = f32>>(device: &Device, training: &Training<M>) -> Result<Self> {
         let (_, moments) = training.optimiser();
         let average = training.average().map(|(average, _)| placed(device, average.parameters().iter()));
         Ok(Self {
-            weights: Weights::new(device, training.model().parameters())?,
+            weights: DeviceWeights::new(device, training.model().parameters())?,
             mean: placed(device, moments.iter().map(|moments| &moments.mean))?,
             square: placed(device, moments.iter().map(|moments| &moments.square))?,
             average: average.transpose()?,
@@ -101,7 +103,7 @@ impl OnDevice {
     }
 
     /// The weights as they are now.
-    pub fn weights(&self) -> &Weights {
+    pub fn weights(&self) -> &DeviceWeights {
         &self.weights
     }
 
@@ -114,11 +116,11 @@ impl OnDevice {
     ///
     /// # Errors
     /// As there; `Tensors` if the device refuses.
-    pub fn update<M: Model<Value = f32>>(
+    pub fn update<M: TrainableModel<Value = f32>>(
         &mut self,
         training: &Training<M>,
         loss: f64,
-        gradients: &Gradients,
+        gradients: &DeviceGradients,
     ) -> Result<()> {
         let square = |gradient: &Tensor| gradient.to_dtype(DType::F64)?.sqr()?.sum_all();
         let squares = gradients.0.iter().map(square).collect::<candle_core::Result<Vec<_>>>()?;
@@ -144,7 +146,7 @@ impl OnDevice {
     ///
     /// # Errors
     /// `Tensors` if the device refuses.
-    pub fn finish<M: Model<Value = f32>>(self, training: &mut Training<M>) -> Result<()> {
+    pub fn finish<M: TrainableModel<Value = f32>>(self, training: &mut Training<M>) -> Result<()> {
         let vecs = |tensors: &[Tensor]| -> candle_core::Result<Vec<Vec<f32>>> {
             tensors.iter().map(Tensor::to_vec1).collect()
         };
@@ -166,14 +168,14 @@ fn placed<'a>(
     arrays.map(|values| Tensor::from_slice(values, values.len(), device)).collect()
 }
 
-/// [`Factors`] on a vector of weights and its moments.
+/// [`AdamFactors`] on a vector of weights and its moments.
 fn adam_step(
-    factors: &Factors,
+    factors: &AdamFactors,
     gradient: &Tensor,
     weights: &Var,
     (mean, square): (&mut Tensor, &mut Tensor),
 ) -> candle_core::Result<()> {
-    let Factors { scale, decay, kept, rate, per_root, epsilon, .. } = *factors;
+    let AdamFactors { scale, decay, kept, rate, per_root, epsilon, .. } = *factors;
     let before = weights.as_detached_tensor();
     let g = (gradient.detach().affine(scale, 0.0)? + before.affine(decay, 0.0)?)?;
     let weighted =

@@ -55,7 +55,9 @@ impl Panels {
     /// out += A x for every row of `x`, of `inputs` numbers each; the rows of `out` are filled up to whole panels.
     pub fn multiply_add_rows(&self, inputs: usize, x: &[f32], out: &mut [f32]) {
         match self {
-            Self::Single(panels) if x.len() > inputs => Arch::new().dispatch(Rows { panels, inputs, x, out }),
+            Self::Single(panels) if x.len() > inputs => {
+                Arch::new().dispatch(RowProducts { panels, inputs, x, out })
+            }
             _ => {
                 let width = out.len() * inputs / x.len();
                 let rows = x.chunks_exact(inputs).zip(out.chunks_exact_mut(width));
@@ -89,14 +91,14 @@ fn multiply_add_panels(panels: &[[f32; PANEL]], x: &[f32], out: &mut [f32]) {
 }
 
 /// out += A x for several rows x.
-struct Rows<'a> {
+struct RowProducts<'a> {
     panels: &'a [[f32; PANEL]],
     inputs: usize,
     x: &'a [f32],
     out: &'a mut [f32],
 }
 
-impl Rows<'_> {
+impl RowProducts<'_> {
     /// Panel `p` for `R` rows from row `first` on, `C` registers of outputs at a time: enough sums that none waits for the one before.
     /// How many rows that were.
     #[inline(always)]
@@ -132,7 +134,7 @@ impl Rows<'_> {
     }
 }
 
-impl WithSimd for Rows<'_> {
+impl WithSimd for RowProducts<'_> {
     type Output = ();
 
     /// A panel comes from memory once, in the order in which it stands there, and is near the processor for all rows after the first.

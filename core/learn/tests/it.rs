@@ -13,11 +13,11 @@ mod threads;
 mod training;
 
 use hysteron_base::rng;
-use hysteron_learn::{Architecture, Head};
+use hysteron_learn::{Architecture, HeadActivation};
 use rand::RngExt;
 
 fn architecture(hidden: usize, layers: usize, dropout: f64) -> Architecture {
-    Architecture { inputs: 3, hidden, layers, outputs: 2, head: Head::Tanh, dropout }
+    Architecture { inputs: 3, hidden, layers, outputs: 2, head: HeadActivation::Tanh, dropout }
 }
 
 /// Random numbers in [-1, 1).

@@ -12,7 +12,7 @@ use plotters::prelude::*;
 use plotters::style::register_font;
 use png::{ColorType, Encoder};
 
-pub use crate::legend::Entry;
+pub use crate::legend::LegendEntry;
 use crate::legend::legend_width;
 use crate::maker::{SIGNATURE, replace};
 use crate::sheet::Sheet;
@@ -26,7 +26,7 @@ pub trait Figure {
     /// Caption: the content of the figure, for a reader.
     fn caption(&self) -> String;
     /// Legend: names and colours of all tiles.
-    fn legend(&self) -> Vec<Entry> {
+    fn legend(&self) -> Vec<LegendEntry> {
         Vec::new()
     }
     /// Width and height of every tile [px].
@@ -42,7 +42,7 @@ pub struct Drawn {
     /// A few words.
     pub title: String,
     /// Legend: names and colours.
-    pub legend: Vec<Entry>,
+    pub legend: Vec<LegendEntry>,
     /// One SVG per tile.
     pub tiles: Vec<String>,
     /// Whether the tiles are too wide to be shrunk to a narrow window.
@@ -74,7 +74,7 @@ pub fn register_embedded_font() -> anyhow::Result<()> {
 
 /// Writes a figure as `NAME.svg`, and as `NAME.png` where asked, to `folder`.
 pub fn save(folder: &Path, figure: &impl Figure, with_png: bool) -> anyhow::Result<Drawn> {
-    let layout = Layout::of(figure);
+    let layout = FigureLayout::of(figure);
     let svg = svg(layout.size, |sheet| layout.draw(figure, sheet))?;
     replace(&folder.join(format!("{}.svg", figure.name())), format!("{SIGNATURE}\n{svg}"))?;
     if with_png {
@@ -96,14 +96,14 @@ pub fn drawn(figure: &impl Figure) -> anyhow::Result<Drawn> {
 }
 
 /// Where everything stands in a file.
-struct Layout {
+struct FigureLayout {
     size: [f64; 2],
-    legend: Vec<Vec<Entry>>,
+    legend: Vec<Vec<LegendEntry>>,
     /// Upper left corner and size of every tile.
     places: Vec<([f64; 2], [f64; 2])>,
 }
 
-impl Layout {
+impl FigureLayout {
     fn of(figure: &impl Figure) -> Self {
         let tiles = figure.tiles();
         let widest = tiles.iter().map(|[width, _]| *width).fold(0.0, f64::max);
@@ -141,8 +141,8 @@ impl Layout {
 }
 
 /// A legend in rows that fit a width [px].
-fn rows(entries: Vec<Entry>, width: f64) -> Vec<Vec<Entry>> {
-    let mut rows: Vec<Vec<Entry>> = Vec::new();
+fn rows(entries: Vec<LegendEntry>, width: f64) -> Vec<Vec<LegendEntry>> {
+    let mut rows: Vec<Vec<LegendEntry>> = Vec::new();
     let mut used = f64::INFINITY;
     for entry in entries {
         let own = legend_width(&entry.0);
@@ -178,7 +178,7 @@ fn svg(
 
 /// The whole figure as PNG, which says by which program it is.
 pub fn png(figure: &impl Figure) -> anyhow::Result<Vec<u8>> {
-    let layout = Layout::of(figure);
+    let layout = FigureLayout::of(figure);
     let [width, height] = layout.size.map(|length| length.ceil() as u32 * PNG_SCALE);
     let mut pixels = vec![0; 3 * width as usize * height as usize];
     {
@@ -213,7 +213,7 @@ mod tests {
             String::new()
         }
 
-        fn legend(&self) -> Vec<Entry> {
+        fn legend(&self) -> Vec<LegendEntry> {
             (0..12).map(|k| (format!("entry number {k}"), BLACK)).collect()
         }
 
@@ -228,7 +228,8 @@ mod tests {
 
     #[test]
     fn tiles_and_legends_fit_the_file_and_do_not_overlap() {
-        let layout = Layout::of(&Tiles(vec![[310.0, 300.0], [310.0, 280.0], [310.0, 300.0], [900.0, 120.0]]));
+        let layout =
+            FigureLayout::of(&Tiles(vec![[310.0, 300.0], [310.0, 280.0], [310.0, 300.0], [900.0, 120.0]]));
         assert!(layout.legend.len() > 1);
         for (k, (at, size)) in layout.places.iter().enumerate() {
             assert!((0..2).all(|c| at[c] + size[c] <= layout.size[c]));

@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use crate::figure::{Entry, Figure};
+use crate::figure::{Figure, LegendEntry};
 use crate::plane::{Path, square_around};
 use crate::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
 
@@ -124,7 +124,7 @@ impl Figure for HeatMap {
         self.caption.clone()
     }
 
-    fn legend(&self) -> Vec<Entry> {
+    fn legend(&self) -> Vec<LegendEntry> {
         let outline = (!self.outline.is_empty()).then(|| (self.outline_name.clone(), OUTLINE));
         outline.into_iter().collect()
     }

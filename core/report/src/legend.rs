@@ -3,7 +3,7 @@
 use plotters::style::RGBColor;
 
 /// A name and its colour.
-pub type Entry = (String, RGBColor);
+pub type LegendEntry = (String, RGBColor);
 
 /// Room for an entry of a legend [px].
 pub fn legend_width(name: &str) -> f64 {

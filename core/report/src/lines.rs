@@ -5,7 +5,7 @@ use std::ops::Range;
 use anyhow::Result;
 use plotters::prelude::*;
 
-use crate::figure::{Entry, Figure};
+use crate::figure::{Figure, LegendEntry};
 use crate::sheet::{BELOW, COLORS, LEFT, Sheet, are_counts, padded};
 use crate::simplify::simplified;
 
@@ -26,12 +26,12 @@ pub struct TimeChart {
     /// Spans of time that are shaded in all panels.
     pub shaded: Vec<Shaded>,
     /// Vertical scale of the panels: common or their own.
-    pub scale: Scale,
+    pub scale: PanelScale,
 }
 
 /// Whether panels have one vertical scale.
 #[derive(Clone, Copy, PartialEq)]
-pub enum Scale {
+pub enum PanelScale {
     /// One for all: panels of one quantity compare.
     Common,
     /// Each its own.
@@ -84,7 +84,7 @@ impl TimePanel {
         Self { label: label.into(), curves }
     }
 
-    fn legend(&self) -> Vec<Entry> {
+    fn legend(&self) -> Vec<LegendEntry> {
         self.curves.iter().map(|curve| (curve.name.clone(), curve.color)).collect()
     }
 
@@ -122,7 +122,7 @@ impl TimeChart {
             x: time.to_vec(),
             panels,
             shaded: Vec::new(),
-            scale: Scale::Own,
+            scale: PanelScale::Own,
         }
     }
 
@@ -131,7 +131,7 @@ impl TimeChart {
     }
 
     /// The legend of all panels, if they have the same one.
-    fn common_legend(&self) -> Option<Vec<Entry>> {
+    fn common_legend(&self) -> Option<Vec<LegendEntry>> {
         let mut legends = self.shown().map(TimePanel::legend);
         let first = legends.next()?;
         legends.all(|legend| legend == first).then_some(first)
@@ -207,7 +207,7 @@ impl Figure for TimeChart {
         self.title.clone()
     }
 
-    fn legend(&self) -> Vec<Entry> {
+    fn legend(&self) -> Vec<LegendEntry> {
         let shades = self.shaded.iter().zip(SHADES.iter().cycle());
         let shades = shades.filter(|(shaded, _)| !shaded.spans.is_empty());
         let shades = shades.map(|(shaded, color)| (shaded.name.clone(), *color));
@@ -232,8 +232,8 @@ impl Figure for TimeChart {
             sheet.legend(&panel.legend(), LEFT, 0.5 * legend)?;
         }
         let range = match self.scale {
-            Scale::Common => padded(self.shown().flat_map(TimePanel::values)),
-            Scale::Own => padded(panel.values()),
+            PanelScale::Common => padded(self.shown().flat_map(TimePanel::values)),
+            PanelScale::Own => padded(panel.values()),
         };
         let x_name = if tile + 1 == self.shown().count() { self.x_name } else { "" };
         let part = sheet.part(0.0, legend, width - RIGHT, height - legend);

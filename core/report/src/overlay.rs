@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use crate::figure::{Entry, Figure};
+use crate::figure::{Figure, LegendEntry};
 use crate::plane::Path;
 use crate::sheet::{BELOW, COLORS, LEFT, Sheet};
 use crate::simplify::{between_sharp_turns, simplified};
@@ -78,7 +78,7 @@ impl Figure for PathOverlay {
         self.caption.clone()
     }
 
-    fn legend(&self) -> Vec<Entry> {
+    fn legend(&self) -> Vec<LegendEntry> {
         self.kinds.iter().map(|kind| (kind.name.clone(), kind.color)).collect()
     }
 

@@ -10,7 +10,7 @@ use plotters::style::RGBColor;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::figure::{Drawn, Entry};
+use crate::figure::{Drawn, LegendEntry};
 use crate::maker::replace;
 use crate::text::without_signs_of_zeros;
 use crate::verdict::{Usability, Verdict};
@@ -118,7 +118,7 @@ impl Page {
         let [title, caption] = [&figure.title, &figure.caption].map(|text| escaped(text));
         self.0.push_str(&format!("<figure>\n<h3>{title}</h3>\n"));
         if !figure.legend.is_empty() {
-            let entry = |(name, RGBColor(r, g, b)): &Entry| {
+            let entry = |(name, RGBColor(r, g, b)): &LegendEntry| {
                 format!("<span><i style=\"background:rgb({r},{g},{b})\"></i>{}</span>", escaped(name))
             };
             let entries: Vec<String> = figure.legend.iter().map(entry).collect();

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use plotters::prelude::*;
 
-use crate::figure::{Entry, Figure};
+use crate::figure::{Figure, LegendEntry};
 use crate::plane::{Path, draw_simplified, spaced};
 use crate::sheet::{BELOW, COLORS, LEFT, Sheet, padded, ramp};
 
@@ -109,7 +109,7 @@ impl Figure for PathViews {
         self.caption.clone()
     }
 
-    fn legend(&self) -> Vec<Entry> {
+    fn legend(&self) -> Vec<LegendEntry> {
         let entry = |path: &SpacePath, color: RGBColor| (path.name.clone(), color);
         let goals = self.goals.iter().map(|path| entry(path, GOALS));
         let reference = self.reference.iter().map(|path| entry(path, REFERENCE));

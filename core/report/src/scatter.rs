@@ -3,7 +3,7 @@
 use anyhow::Result;
 use plotters::prelude::*;
 
-use crate::figure::{Entry, Figure};
+use crate::figure::{Figure, LegendEntry};
 use crate::sheet::{COLORS, Sheet, are_counts, padded};
 
 /// Tiles with axes of their own.
@@ -30,7 +30,7 @@ pub struct Scatter {
 
 /// Shape of the marks.
 #[derive(Clone, Copy, PartialEq)]
-pub enum Shape {
+pub enum MarkShape {
     /// A dot for each.
     Dots,
     /// A line through all, interrupted where one is not finite.
@@ -46,8 +46,8 @@ pub struct Marks {
     /// Colour.
     pub color: RGBColor,
     /// Shape of the marks.
-    pub shape: Shape,
-    /// Abscissa, ordinate and, for [`Shape::Bars`], half the length of the bar.
+    pub shape: MarkShape,
+    /// Abscissa, ordinate and, for [`MarkShape::Bars`], half the length of the bar.
     pub points: Vec<[f64; 3]>,
 }
 
@@ -62,21 +62,21 @@ impl Marks {
     pub fn dots(name: impl Into<String>, k: usize, x: &[f64], y: &[f64]) -> Self {
         let every = x.len().div_ceil(MAX_DOTS).max(1);
         let points = x.iter().zip(y).step_by(every).map(|(x, y)| [*x, *y, 0.0]).collect();
-        Self::new(name, k, Shape::Dots, points)
+        Self::new(name, k, MarkShape::Dots, points)
     }
 
     /// A line in the `k`-th colour.
     pub fn line(name: impl Into<String>, k: usize, x: &[f64], y: &[f64]) -> Self {
         let points = x.iter().zip(y).map(|(x, y)| [*x, *y, 0.0]).collect();
-        Self::new(name, k, Shape::Line, points)
+        Self::new(name, k, MarkShape::Line, points)
     }
 
     /// Dots with bars in the `k`-th colour: abscissa, ordinate, half length.
     pub fn bars(name: impl Into<String>, k: usize, points: Vec<[f64; 3]>) -> Self {
-        Self::new(name, k, Shape::Bars, points)
+        Self::new(name, k, MarkShape::Bars, points)
     }
 
-    fn new(name: impl Into<String>, k: usize, shape: Shape, points: Vec<[f64; 3]>) -> Self {
+    fn new(name: impl Into<String>, k: usize, shape: MarkShape, points: Vec<[f64; 3]>) -> Self {
         Self { name: name.into(), color: COLORS[k % COLORS.len()], shape, points }
     }
 
@@ -103,17 +103,17 @@ impl Scatter {
                 Circle::new((point[0], point[1]), sheet.px(px), marks.color.filled())
             };
             match marks.shape {
-                Shape::Dots => {
+                MarkShape::Dots => {
                     chart.draw_series(marks.finite().map(|point| dot(point, 1.2)))?;
                 }
-                Shape::Bars => {
+                MarkShape::Bars => {
                     let bar = |[x, y, half]: &[f64; 3]| {
                         PathElement::new(vec![(*x, y - half), (*x, y + half)], sheet.line(marks.color, 1.5))
                     };
                     chart.draw_series(marks.finite().map(bar))?;
                     chart.draw_series(marks.finite().map(|point| dot(point, 3.0)))?;
                 }
-                Shape::Line => {
+                MarkShape::Line => {
                     for part in marks.points.split(|point| point.iter().any(|x| !x.is_finite())) {
                         let line = part.iter().map(|[x, y, _]| (*x, *y));
                         chart.draw_series(LineSeries::new(line, sheet.line(marks.color, 2.0)))?;
@@ -145,8 +145,8 @@ impl Figure for ScatterChart {
         self.caption.clone()
     }
 
-    fn legend(&self) -> Vec<Entry> {
-        let mut entries: Vec<Entry> = Vec::new();
+    fn legend(&self) -> Vec<LegendEntry> {
+        let mut entries: Vec<LegendEntry> = Vec::new();
         for marks in self.shown().flat_map(|tile| &tile.marks) {
             let entry = (marks.name.clone(), marks.color);
             if !entries.contains(&entry) {

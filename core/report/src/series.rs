@@ -18,7 +18,7 @@ pub const TARGET: RGBColor = COLORS[4];
 const MAX_CURVES: usize = 6;
 
 /// Coordinates of a tip over time, with a name and a colour.
-pub struct Tip {
+pub struct TipSeries {
     /// Name in the legend.
     pub name: &'static str,
     /// Colour.
@@ -27,7 +27,7 @@ pub struct Tip {
     pub axes: Vec<Vec<f64>>,
 }
 
-impl Tip {
+impl TipSeries {
     /// A tip from coordinates [m].
     pub fn new(name: &'static str, color: RGBColor, axes: &[&[f64]]) -> Self {
         Self { name, color, axes: axes.iter().map(|values| millimetres(values)).collect() }
@@ -67,7 +67,7 @@ pub fn millimetres(values: &[f64]) -> Vec<f64> {
 }
 
 /// One panel per axis, all tips in each, the first below.
-pub fn tip_panels(tips: &[Tip]) -> Vec<TimePanel> {
+pub fn tip_panels(tips: &[TipSeries]) -> Vec<TimePanel> {
     let n_axes = tips.iter().map(|tip| tip.axes.len()).max().unwrap_or(0);
     let panel = |c: usize| {
         let curves = tips.iter().filter_map(|tip| Some(tip.curve(tip.axes.get(c)?.clone()))).collect();
@@ -77,7 +77,7 @@ pub fn tip_panels(tips: &[Tip]) -> Vec<TimePanel> {
 }
 
 /// One panel with the distance of every tip from the reference.
-pub fn error_panel(reference: &Tip, tips: &[Tip]) -> TimePanel {
+pub fn error_panel(reference: &TipSeries, tips: &[TipSeries]) -> TimePanel {
     TimePanel::new("error [mm]", tips.iter().map(|tip| tip.curve(tip.distance_from(reference))).collect())
 }
 
@@ -97,8 +97,8 @@ mod tests {
     #[test]
     fn errors_are_distances_and_gaps_have_none() {
         let (x, y) = ([0.0, 1e-3, 2e-3], [0.0, 0.0, 1e-3]);
-        let measured = Tip::new("measured", MEASURED, &[&x, &y]).without_gaps(&[false, true, false]);
-        let twin = Tip::new("twin", TWIN, &[&[3e-3, 1e-3, 2e-3], &[4e-3, 0.0, 0.0]]);
+        let measured = TipSeries::new("measured", MEASURED, &[&x, &y]).without_gaps(&[false, true, false]);
+        let twin = TipSeries::new("twin", TWIN, &[&[3e-3, 1e-3, 2e-3], &[4e-3, 0.0, 0.0]]);
         let error = twin.distance_from(&measured);
         assert!((error[0] - 5.0).abs() < 1e-12 && error[1].is_nan() && (error[2] - 1.0).abs() < 1e-12);
         assert_eq!(error_panel(&measured, &[twin]).curves.len(), 1);

@@ -6,7 +6,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use crate::axis::Axis;
-use crate::legend::{Entry, legend_width};
+use crate::legend::{LegendEntry, legend_width};
 
 /// Colours that can be distinguished without red and green (Okabe and Ito, 2008).
 pub const COLORS: [RGBColor; 7] = [
@@ -89,7 +89,7 @@ where
     }
 
     /// Line samples and names in a row from `left`, at the height of the row's middle.
-    pub fn legend(&self, entries: &[Entry], left: f64, y: f64) -> anyhow::Result<()> {
+    pub fn legend(&self, entries: &[LegendEntry], left: f64, y: f64) -> anyhow::Result<()> {
         let mut x = left;
         for (name, color) in entries {
             let ends = vec![(self.px(x), self.px(y)), (self.px(x + 22.0), self.px(y))];

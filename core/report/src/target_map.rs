@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use crate::figure::{Entry, Figure};
+use crate::figure::{Figure, LegendEntry};
 use crate::plane::{Path, dashes, draw_simplified, square_around};
 use crate::sheet::{BELOW, COLORS, LEFT, Sheet};
 
@@ -49,7 +49,7 @@ impl Figure for TargetMap {
         self.caption.clone()
     }
 
-    fn legend(&self) -> Vec<Entry> {
+    fn legend(&self) -> Vec<LegendEntry> {
         let mut names = vec![("target".to_owned(), TARGET), ("way to it".to_owned(), WAY)];
         if self.goals.is_some() {
             names.extend([("reached".to_owned(), REACHED), ("out of reach".to_owned(), MISSED)]);

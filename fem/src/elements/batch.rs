@@ -14,7 +14,7 @@ pub(crate) struct PointData<const N: usize> {
 
 /// All elements of a model, `N` nodes and `Q` quadrature points each.
 #[derive(Debug, Clone)]
-pub(crate) struct Elements<const N: usize, const Q: usize> {
+pub(crate) struct ElementBatch<const N: usize, const Q: usize> {
     /// Nodes in the model's order, per batch.
     pub nodes: Vec<[[u32; LANES]; N]>,
     /// Per batch.
@@ -35,7 +35,7 @@ impl PairMap {
     pub const TRANSPOSED: u32 = 1 << 31;
 }
 
-impl<const N: usize, const Q: usize> Elements<N, Q> {
+impl<const N: usize, const Q: usize> ElementBatch<N, Q> {
     /// Lays out elements given by their nodes (model order) at rest positions `rest`.
     pub fn new(cells: &[[u32; N]], rest: &[[f64; 4]]) -> Self {
         let n_batches = cells.len().div_ceil(LANES);

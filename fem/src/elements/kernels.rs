@@ -1,27 +1,28 @@
 //! The loops over all elements: energy, nodal forces, stiffness blocks.
 
-use hysteron_base::{Law, Material};
+use hysteron_base::{Material, MaterialLaw};
 
-use super::batch::{Elements, PairMap, PointData};
+use super::batch::{ElementBatch, PairMap, PointData};
 use super::law::{
-    Corotational, CorotationalEdges, Lame, NeoHookean, Point, PointLaw, SmallStrain, Tangent, lame_parameters,
+    Corotational, CorotationalEdges, Lame, NeoHookean, PointLaw, QuadraturePoint, SmallStrain, Tangent,
+    lame_parameters,
 };
 use super::tensor::{Mat3, Vec3, apply, cofactor, cross, dot, scale, scale_rows, sub};
-use crate::simd::{Isa, LANES, Lanes, Packs, Rows, Simd, WithSimd, collect, element};
+use crate::simd::{Isa, LANES, Lanes, Packs, PaddedPoints, Simd, WithSimd, collect, element};
 
 /// A point or force with a fourth number of padding, so that one register holds it.
 pub(crate) type Padded = [f64; 4];
 /// Padded rows of a 3×3 block.
-pub(crate) type Block = [Padded; 3];
+pub(crate) type PaddedBlock = [Padded; 3];
 
 /// Calls a kernel with the law's type.
 macro_rules! with_law {
     ($law:expr, $kernel:expr) => {
         match $law {
-            Law::SmallStrain => $kernel(SmallStrain),
-            Law::Corotational => $kernel(Corotational),
-            Law::CorotationalEdges => $kernel(CorotationalEdges),
-            Law::NeoHookean => $kernel(NeoHookean),
+            MaterialLaw::SmallStrain => $kernel(SmallStrain),
+            MaterialLaw::Corotational => $kernel(Corotational),
+            MaterialLaw::CorotationalEdges => $kernel(CorotationalEdges),
+            MaterialLaw::NeoHookean => $kernel(NeoHookean),
         }
     };
 }
@@ -29,18 +30,18 @@ macro_rules! with_law {
 /// Elastic energy \[J\] at positions `x` (model order) \[m\].
 pub(crate) fn energy<const N: usize, const Q: usize>(
     isa: Isa,
-    elements: &Elements<N, Q>,
+    elements: &ElementBatch<N, Q>,
     material: &Material,
     x: &[Padded],
 ) -> f64 {
-    with_law!(material.law, |law| isa.run(Energy { elements, material, law, x }))
+    with_law!(material.law, |law| isa.run(EnergyKernel { elements, material, law, x }))
 }
 
 /// Adds the internal nodal forces ∂ψ/∂x \[N\] at positions `x` to `out` (model order). True if no element is inverted
 /// there: det F > 0 in every quadrature point, or not a number.
 pub(crate) fn force_into<const N: usize, const Q: usize>(
     isa: Isa,
-    elements: &Elements<N, Q>,
+    elements: &ElementBatch<N, Q>,
     material: &Material,
     x: &[Padded],
     out: &mut [Padded],
@@ -51,27 +52,27 @@ pub(crate) fn force_into<const N: usize, const Q: usize>(
 /// Adds the 3×3 stiffness blocks \[N/m\] at positions `x` to `blocks`, each where `map` says.
 pub(crate) fn stiffness_into<const N: usize, const Q: usize>(
     isa: Isa,
-    elements: &Elements<N, Q>,
+    elements: &ElementBatch<N, Q>,
     material: &Material,
     kind: Tangent,
     x: &[Padded],
     map: &PairMap,
-    blocks: &mut [Block],
+    blocks: &mut [PaddedBlock],
 ) {
-    with_law!(material.law, |law| isa.run(Stiffness { elements, material, law, kind, x, map, blocks }))
+    with_law!(material.law, |law| isa.run(StiffnessKernel { elements, material, law, kind, x, map, blocks }))
 }
 
 /// Positions of the nodes of every batch, collected one batch ahead of its use.
 struct Collected<'a, const N: usize> {
     nodes: &'a [[[u32; LANES]; N]],
     x: &'a [Padded],
-    rows: [[Rows; N]; 2],
+    rows: [[PaddedPoints; N]; 2],
 }
 
 impl<'a, const N: usize> Collected<'a, N> {
     #[inline(always)]
     fn new<S: Simd>(nodes: &'a [[[u32; LANES]; N]], x: &'a [Padded]) -> Self {
-        let mut collected = Self { nodes, x, rows: [[Rows::ZERO; N]; 2] };
+        let mut collected = Self { nodes, x, rows: [[PaddedPoints::ZERO; N]; 2] };
         collected.collect::<S>(0);
         collected
     }
@@ -87,7 +88,7 @@ impl<'a, const N: usize> Collected<'a, N> {
 
     /// Those of `batch`, which follows on the last one asked for.
     #[inline(always)]
-    fn of<S: Simd>(&mut self, batch: usize) -> &[Rows; N] {
+    fn of<S: Simd>(&mut self, batch: usize) -> &[PaddedPoints; N] {
         self.collect::<S>(batch + 1);
         &self.rows[batch % 2]
     }
@@ -95,7 +96,7 @@ impl<'a, const N: usize> Collected<'a, N> {
 
 /// Positions of the nodes of a pass relative to node 0 (entry 0 stays unused).
 #[inline(always)]
-fn edges<S: Simd, const N: usize>(packs: Packs<S>, rows: &[Rows; N]) -> [Vec3<S>; N] {
+fn edges<S: Simd, const N: usize>(packs: Packs<S>, rows: &[PaddedPoints; N]) -> [Vec3<S>; N] {
     let origin = packs.gather(&rows[0]);
     let mut edges = [origin; N];
     for a in 1..N {
@@ -139,8 +140,8 @@ impl<S: Simd, const N: usize> Deformed<S, N> {
 
     /// Arguments of a law at this point.
     #[inline(always)]
-    fn at(&self) -> Point<'_, S> {
-        Point { f: &self.f, edges: &self.first_edges, gradients: &self.first_gradients }
+    fn at(&self) -> QuadraturePoint<'_, S> {
+        QuadraturePoint { f: &self.f, edges: &self.first_edges, gradients: &self.first_gradients }
     }
 }
 
@@ -164,14 +165,14 @@ fn lame<S: Simd>(packs: Packs<S>, material: &Material) -> Lame<S> {
     Lame { lambda: packs.splat(lambda), mu: packs.splat(mu) }
 }
 
-struct Energy<'a, L, const N: usize, const Q: usize> {
-    elements: &'a Elements<N, Q>,
+struct EnergyKernel<'a, L, const N: usize, const Q: usize> {
+    elements: &'a ElementBatch<N, Q>,
     material: &'a Material,
     law: L,
     x: &'a [Padded],
 }
 
-impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Energy<'_, L, N, Q> {
+impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for EnergyKernel<'_, L, N, Q> {
     type Output = f64;
 
     #[inline(always)]
@@ -196,7 +197,7 @@ impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Energy<'_, L, N, 
 }
 
 struct Force<'a, L, const N: usize, const Q: usize> {
-    elements: &'a Elements<N, Q>,
+    elements: &'a ElementBatch<N, Q>,
     material: &'a Material,
     law: L,
     x: &'a [Padded],
@@ -253,12 +254,12 @@ fn is_inverted<S: Simd>(f: &Mat3<S>) -> bool {
 /// together row by row instead of going through memory.
 struct Scattered<'a, const N: usize> {
     nodes: &'a [[[u32; LANES]; N]],
-    rows: [[Rows; N]; 2],
+    rows: [[PaddedPoints; N]; 2],
 }
 
 impl<'a, const N: usize> Scattered<'a, N> {
     fn new(nodes: &'a [[[u32; LANES]; N]]) -> Self {
-        Self { nodes, rows: [[Rows::ZERO; N]; 2] }
+        Self { nodes, rows: [[PaddedPoints::ZERO; N]; 2] }
     }
 
     /// Adds the forces of the batch before `batch`, if there is one.
@@ -280,17 +281,17 @@ fn add(target: &mut Padded, value: &Padded) {
     }
 }
 
-struct Stiffness<'a, L, const N: usize, const Q: usize> {
-    elements: &'a Elements<N, Q>,
+struct StiffnessKernel<'a, L, const N: usize, const Q: usize> {
+    elements: &'a ElementBatch<N, Q>,
     material: &'a Material,
     law: L,
     kind: Tangent,
     x: &'a [Padded],
     map: &'a PairMap,
-    blocks: &'a mut [Block],
+    blocks: &'a mut [PaddedBlock],
 }
 
-impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for Stiffness<'_, L, N, Q> {
+impl<L: PointLaw, const N: usize, const Q: usize> WithSimd for StiffnessKernel<'_, L, N, Q> {
     type Output = ();
 
     #[inline(always)]
@@ -369,8 +370,8 @@ fn add_couple<S: Simd>(k: &mut Mat3<S>, c: Lanes<S>, m: &Mat3<S>, pa: Vec3<S>, p
 }
 
 #[inline(always)]
-fn add_block<S: Simd>(packs: Packs<S>, k: &Mat3<S>, slots: &[u32; LANES], blocks: &mut [Block]) {
-    let mut rows = [Rows::ZERO; 3];
+fn add_block<S: Simd>(packs: Packs<S>, k: &Mat3<S>, slots: &[u32; LANES], blocks: &mut [PaddedBlock]) {
+    let mut rows = [PaddedPoints::ZERO; 3];
     for i in 0..3 {
         packs.spread(&k[i], &mut rows[i]);
     }

@@ -41,7 +41,7 @@ pub(crate) struct Lame<S: Simd> {
 }
 
 /// Arguments of a law in one quadrature point.
-pub(crate) struct Point<'a, S: Simd> {
+pub(crate) struct QuadraturePoint<'a, S: Simd> {
     /// Deformation gradient.
     pub f: &'a Mat3<S>,
     /// Deformed edges x_1 - x_0, x_2 - x_0, x_3 - x_0 (rows).
@@ -64,11 +64,11 @@ pub(crate) struct PointTangent<S: Simd> {
 /// A law in the form of the kernels.
 pub(crate) trait PointLaw: Copy {
     /// Energy density ψ \[J/m³\].
-    fn energy<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Lanes<S>;
+    fn energy<S: Simd>(self, lame: Lame<S>, at: &QuadraturePoint<'_, S>) -> Lanes<S>;
     /// First Piola-Kirchhoff stress P \[Pa\].
-    fn stress<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Mat3<S>;
+    fn stress<S: Simd>(self, lame: Lame<S>, at: &QuadraturePoint<'_, S>) -> Mat3<S>;
     /// Derivative of P.
-    fn tangent<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>, kind: Tangent) -> PointTangent<S>;
+    fn tangent<S: Simd>(self, lame: Lame<S>, at: &QuadraturePoint<'_, S>, kind: Tangent) -> PointTangent<S>;
 }
 
 /// μ |A|² + λ/2 tr²(A) for the symmetric part of a strain A.
@@ -107,12 +107,12 @@ pub(crate) struct SmallStrain;
 
 impl PointLaw for SmallStrain {
     #[inline(always)]
-    fn energy<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Lanes<S> {
+    fn energy<S: Simd>(self, lame: Lame<S>, at: &QuadraturePoint<'_, S>) -> Lanes<S> {
         linear_energy(lame, &minus_identity(at.f))
     }
 
     #[inline(always)]
-    fn stress<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Mat3<S> {
+    fn stress<S: Simd>(self, lame: Lame<S>, at: &QuadraturePoint<'_, S>) -> Mat3<S> {
         let strain = minus_identity(at.f);
         let mut stress = spherical(lame.lambda * trace(&strain));
         for i in 0..3 {
@@ -124,7 +124,12 @@ impl PointLaw for SmallStrain {
     }
 
     #[inline(always)]
-    fn tangent<S: Simd>(self, lame: Lame<S>, _at: &Point<'_, S>, _kind: Tangent) -> PointTangent<S> {
+    fn tangent<S: Simd>(
+        self,
+        lame: Lame<S>,
+        _at: &QuadraturePoint<'_, S>,
+        _kind: Tangent,
+    ) -> PointTangent<S> {
         warped(lame, spherical(lame.mu.same(1.0)))
     }
 }
@@ -134,14 +139,14 @@ pub(crate) struct Corotational;
 
 impl PointLaw for Corotational {
     #[inline(always)]
-    fn energy<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Lanes<S> {
+    fn energy<S: Simd>(self, lame: Lame<S>, at: &QuadraturePoint<'_, S>) -> Lanes<S> {
         let r = polar_rotation(at.f);
         linear_energy(lame, &minus_identity(&multiply(&transpose(&r), at.f)))
     }
 
     /// P = 2μ (F - R) + λ (tr S - 3) R, with F = R S.
     #[inline(always)]
-    fn stress<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Mat3<S> {
+    fn stress<S: Simd>(self, lame: Lame<S>, at: &QuadraturePoint<'_, S>) -> Mat3<S> {
         let f = at.f;
         let r = polar_rotation(f);
         let two_mu = lame.mu + lame.mu;
@@ -159,7 +164,7 @@ impl PointLaw for Corotational {
     /// The rotation turns by ω = M axial(dF Rᵀ - R dFᵀ) with M = (tr(V) 1 - V)⁻¹ and V = F Rᵀ, which
     /// adds the couple term with c = 2μ - λ (tr S - 3).
     #[inline(always)]
-    fn tangent<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>, kind: Tangent) -> PointTangent<S> {
+    fn tangent<S: Simd>(self, lame: Lame<S>, at: &QuadraturePoint<'_, S>, kind: Tangent) -> PointTangent<S> {
         let r = polar_rotation(at.f);
         if kind == Tangent::Warped {
             return warped(lame, r);
@@ -192,7 +197,7 @@ impl CorotationalEdges {
     /// R = polar(D) polar(D0)ᵀ, D the edges as columns. polar(D0) = polar(D0⁻ᵀ), whose columns are the
     /// rest gradients.
     #[inline(always)]
-    fn rotation<S: Simd>(at: &Point<'_, S>) -> Mat3<S> {
+    fn rotation<S: Simd>(at: &QuadraturePoint<'_, S>) -> Mat3<S> {
         let now = polar_rotation(&transpose(at.edges));
         let rest = polar_rotation(&transpose(at.gradients));
         multiply_transposed(&now, &rest)
@@ -202,21 +207,21 @@ impl CorotationalEdges {
 impl PointLaw for CorotationalEdges {
     /// The energy of the strain sym(RᵀF) - 1; its derivative is not exactly the stress.
     #[inline(always)]
-    fn energy<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Lanes<S> {
+    fn energy<S: Simd>(self, lame: Lame<S>, at: &QuadraturePoint<'_, S>) -> Lanes<S> {
         let r = Self::rotation(at);
         linear_energy(lame, &minus_identity(&multiply(&transpose(&r), at.f)))
     }
 
     #[inline(always)]
-    fn stress<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Mat3<S> {
+    fn stress<S: Simd>(self, lame: Lame<S>, at: &QuadraturePoint<'_, S>) -> Mat3<S> {
         let r = Self::rotation(at);
         let local = multiply(&transpose(&r), at.f);
-        multiply(&r, &SmallStrain.stress(lame, &Point { f: &local, ..*at }))
+        multiply(&r, &SmallStrain.stress(lame, &QuadraturePoint { f: &local, ..*at }))
     }
 
     /// Always the turned rest stiffness: the exact derivative is not symmetric.
     #[inline(always)]
-    fn tangent<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>, _kind: Tangent) -> PointTangent<S> {
+    fn tangent<S: Simd>(self, lame: Lame<S>, at: &QuadraturePoint<'_, S>, _kind: Tangent) -> PointTangent<S> {
         warped(lame, Self::rotation(at))
     }
 }
@@ -237,7 +242,7 @@ impl NeoHookean {
 
 impl PointLaw for NeoHookean {
     #[inline(always)]
-    fn energy<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Lanes<S> {
+    fn energy<S: Simd>(self, lame: Lame<S>, at: &QuadraturePoint<'_, S>) -> Lanes<S> {
         let f = at.f;
         let norm = dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2]);
         let ln_j = dot(f[0], cofactor(f)[0]).ln();
@@ -247,7 +252,7 @@ impl PointLaw for NeoHookean {
 
     /// P = μ F + (λ ln J - μ) F⁻ᵀ.
     #[inline(always)]
-    fn stress<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>) -> Mat3<S> {
+    fn stress<S: Simd>(self, lame: Lame<S>, at: &QuadraturePoint<'_, S>) -> Mat3<S> {
         let (j, inverse) = Self::inverse_transpose(at.f);
         let pressure = lame.lambda * j.ln() - lame.mu;
         let mut stress = *at.f;
@@ -261,7 +266,7 @@ impl PointLaw for NeoHookean {
 
     /// dP = μ dF + (μ - λ ln J) F⁻ᵀ dFᵀ F⁻ᵀ + λ tr(F⁻¹ dF) F⁻ᵀ.
     #[inline(always)]
-    fn tangent<S: Simd>(self, lame: Lame<S>, at: &Point<'_, S>, kind: Tangent) -> PointTangent<S> {
+    fn tangent<S: Simd>(self, lame: Lame<S>, at: &QuadraturePoint<'_, S>, kind: Tangent) -> PointTangent<S> {
         if kind == Tangent::Warped {
             return warped(lame, polar_rotation(at.f));
         }
@@ -278,7 +283,7 @@ impl PointLaw for NeoHookean {
 
 #[cfg(test)]
 mod tests {
-    use hysteron_base::{Law, rng};
+    use hysteron_base::{MaterialLaw, rng};
     use nalgebra::{Matrix3, Vector3};
     use rand::RngExt;
 
@@ -306,7 +311,7 @@ mod tests {
             let matrix = |m: &Mat3<S>| Matrix3::from_fn(|i, j| number(m[i][j]));
             let lame = Lame { lambda: packs.splat(LAMBDA), mu: packs.splat(MU) };
             let f = rows(&self.f);
-            let at = Point { f: &f, edges: &f, gradients: &f };
+            let at = QuadraturePoint { f: &f, edges: &f, gradients: &f };
             let t = self.law.tangent(lame, &at, self.kind);
             let q = matrix(&t.map);
             let (pa, pb) = (q * self.a, q * self.b);
@@ -323,13 +328,18 @@ mod tests {
     const LAMBDA: f64 = 3.0;
     const MU: f64 = 0.7;
 
-    fn at(law: Law, f: Matrix3<f64>, a: Vector3<f64>, b: Vector3<f64>) -> (f64, Matrix3<f64>, Matrix3<f64>) {
+    fn at(
+        law: MaterialLaw,
+        f: Matrix3<f64>,
+        a: Vector3<f64>,
+        b: Vector3<f64>,
+    ) -> (f64, Matrix3<f64>, Matrix3<f64>) {
         let (isa, kind) = (Isa::detect(), Tangent::Exact);
         match law {
-            Law::SmallStrain => isa.run(At { law: SmallStrain, f, a, b, kind }),
-            Law::Corotational => isa.run(At { law: Corotational, f, a, b, kind }),
-            Law::NeoHookean => isa.run(At { law: NeoHookean, f, a, b, kind }),
-            Law::CorotationalEdges => isa.run(At { law: CorotationalEdges, f, a, b, kind }),
+            MaterialLaw::SmallStrain => isa.run(At { law: SmallStrain, f, a, b, kind }),
+            MaterialLaw::Corotational => isa.run(At { law: Corotational, f, a, b, kind }),
+            MaterialLaw::NeoHookean => isa.run(At { law: NeoHookean, f, a, b, kind }),
+            MaterialLaw::CorotationalEdges => isa.run(At { law: CorotationalEdges, f, a, b, kind }),
         }
     }
 
@@ -345,7 +355,7 @@ mod tests {
         let f: Matrix3<f64> =
             turn * (Matrix3::identity() + 0.4 * Matrix3::from_columns(&[vector(), vector(), vector()]));
         assert!(f.determinant() > 0.0);
-        for law in [Law::SmallStrain, Law::Corotational, Law::NeoHookean] {
+        for law in [MaterialLaw::SmallStrain, MaterialLaw::Corotational, MaterialLaw::NeoHookean] {
             let (_, stress, block) = at(law, f, a, b);
             let change = STEP * delta * b.transpose();
             let (energy_ahead, ahead, _) = at(law, f + change, a, b);
@@ -366,7 +376,12 @@ mod tests {
         let (a, b) = (Vector3::new(0.3, -0.5, 1.0), Vector3::new(0.8, 0.2, -0.4));
         let one = Matrix3::identity();
         let expected = MU * a.dot(&b) * one + LAMBDA * a * b.transpose() + MU * b * a.transpose();
-        for law in [Law::SmallStrain, Law::Corotational, Law::CorotationalEdges, Law::NeoHookean] {
+        for law in [
+            MaterialLaw::SmallStrain,
+            MaterialLaw::Corotational,
+            MaterialLaw::CorotationalEdges,
+            MaterialLaw::NeoHookean,
+        ] {
             let (energy, stress, block) = at(law, one, a, b);
             assert!(energy.abs() + stress.norm() < ROUND_OFF, "{law:?}: {energy} {stress}");
             assert!((block - expected).norm() < ROUND_OFF, "{law:?}: {block}");
@@ -375,8 +390,12 @@ mod tests {
 
     #[test]
     fn lame_parameters_are_those_of_the_textbook() {
-        let material =
-            |nu| Material { law: Law::SmallStrain, youngs_modulus: 2.0, poisson_ratio: nu, density: 0.0 };
+        let material = |nu| Material {
+            law: MaterialLaw::SmallStrain,
+            youngs_modulus: 2.0,
+            poisson_ratio: nu,
+            density: 0.0,
+        };
         assert_eq!(lame_parameters(&material(0.25)), (0.8, 0.8));
         assert_eq!(lame_parameters(&material(0.0)), (0.0, 1.0));
     }

@@ -10,7 +10,7 @@ pub(crate) mod law;
 mod shape;
 mod tensor;
 
-pub(crate) use batch::{Elements, PairMap, first_inverted};
+pub(crate) use batch::{ElementBatch, PairMap, first_inverted};
 pub(crate) use kernels::{energy, force_into, stiffness_into};
 pub use law::Tangent;
 pub(crate) use shape::shape_values;

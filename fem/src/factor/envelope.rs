@@ -1,7 +1,7 @@
 //! The single-precision block envelope as a stiffness factor.
 
 use super::HINT;
-use crate::simd::{BLOCK, Envelope, Isa, Panel};
+use crate::simd::{BLOCK, BlockEnvelope, Isa, SolutionPanel};
 use crate::stiffness::{Stiffness, StiffnessPattern};
 use crate::{Error, Result};
 
@@ -12,19 +12,19 @@ const PANEL_FROM: usize = 5;
 pub(super) struct EnvelopeFactor {
     isa: Isa,
     n: usize,
-    envelope: Envelope,
+    envelope: BlockEnvelope,
     /// Place in the envelope of each scalar of the pattern's blocks; both halves of a diagonal block go
     /// to the lower one.
     positions: Vec<[u32; 9]>,
     /// One padded right-hand side.
     single: Vec<f32>,
-    panel: Panel,
+    panel: SolutionPanel,
 }
 
 impl EnvelopeFactor {
     pub fn new(pattern: &StiffnessPattern, isa: Isa) -> Self {
         let n = 3 * pattern.n_free();
-        let envelope = Envelope::new(&pattern.first_columns());
+        let envelope = BlockEnvelope::new(&pattern.first_columns());
         let mut positions = vec![[0; 9]; pattern.n_blocks()];
         for (row, column, index) in pattern.scalar_entries() {
             let (slot, i, j) = (index / 12, row % 3, column % 3);
@@ -35,7 +35,7 @@ impl EnvelopeFactor {
             }
         }
         let single = vec![0.0; envelope.n_padded()];
-        let panel = Panel::zeros(envelope.n_padded());
+        let panel = SolutionPanel::zeros(envelope.n_padded());
         Self { isa, n, envelope, positions, single, panel }
     }
 

@@ -38,10 +38,10 @@ impl FactorKind {
 
 /// A factor and its scratch.
 #[derive(Debug, Clone)]
-pub struct StiffnessFactor(Kind);
+pub struct StiffnessFactor(FactorStorage);
 
 #[derive(Debug, Clone)]
-enum Kind {
+enum FactorStorage {
     Envelope(EnvelopeFactor),
     Supernodal(SupernodalFactor),
 }
@@ -50,24 +50,24 @@ impl StiffnessFactor {
     /// Does the symbolic work for matrices of this pattern; holds no numbers yet.
     pub fn new(pattern: &StiffnessPattern, kind: FactorKind, isa: Isa) -> Self {
         Self(match kind {
-            FactorKind::Envelope => Kind::Envelope(EnvelopeFactor::new(pattern, isa)),
-            FactorKind::Supernodal => Kind::Supernodal(SupernodalFactor::new(pattern)),
+            FactorKind::Envelope => FactorStorage::Envelope(EnvelopeFactor::new(pattern, isa)),
+            FactorKind::Supernodal => FactorStorage::Supernodal(SupernodalFactor::new(pattern)),
         })
     }
 
     /// The kind in use.
     pub fn kind(&self) -> FactorKind {
         match &self.0 {
-            Kind::Envelope(_) => FactorKind::Envelope,
-            Kind::Supernodal(_) => FactorKind::Supernodal,
+            FactorStorage::Envelope(_) => FactorKind::Envelope,
+            FactorStorage::Supernodal(_) => FactorKind::Supernodal,
         }
     }
 
     /// Numbers stored for the factor.
     pub fn n_stored(&self) -> usize {
         match &self.0 {
-            Kind::Envelope(factor) => factor.n_stored(),
-            Kind::Supernodal(factor) => factor.n_stored(),
+            FactorStorage::Envelope(factor) => factor.n_stored(),
+            FactorStorage::Supernodal(factor) => factor.n_stored(),
         }
     }
 
@@ -77,8 +77,8 @@ impl StiffnessFactor {
     /// [`crate::Error::NotPositiveDefinite`]; the factor must then not be used.
     pub fn factorize(&mut self, stiffness: &Stiffness) -> Result<()> {
         match &mut self.0 {
-            Kind::Envelope(factor) => factor.factorize(stiffness),
-            Kind::Supernodal(factor) => factor.factorize(stiffness),
+            FactorStorage::Envelope(factor) => factor.factorize(stiffness),
+            FactorStorage::Supernodal(factor) => factor.factorize(stiffness),
         }
     }
 
@@ -89,24 +89,24 @@ impl StiffnessFactor {
     /// [`crate::Error::NotPositiveDefinite`] at a zero pivot; from the envelope at one that is not positive.
     pub fn factorize_signed(&mut self, stiffness: &Stiffness) -> Result<usize> {
         match &mut self.0 {
-            Kind::Envelope(factor) => factor.factorize(stiffness).map(|()| 0),
-            Kind::Supernodal(factor) => factor.factorize_signed(stiffness),
+            FactorStorage::Envelope(factor) => factor.factorize(stiffness).map(|()| 0),
+            FactorStorage::Supernodal(factor) => factor.factorize_signed(stiffness),
         }
     }
 
     /// Replaces the force `x` \[N\] by the displacement K⁻¹ x \[m\] of the free unknowns.
     pub fn solve(&mut self, x: &mut [f64]) {
         match &mut self.0 {
-            Kind::Envelope(factor) => factor.solve(x),
-            Kind::Supernodal(factor) => factor.solve(x),
+            FactorStorage::Envelope(factor) => factor.solve(x),
+            FactorStorage::Supernodal(factor) => factor.solve(x),
         }
     }
 
     /// As [`Self::solve`] for several right-hand sides at once.
     pub fn solve_many(&mut self, columns: &mut [Vec<f64>]) {
         match &mut self.0 {
-            Kind::Envelope(factor) => factor.solve_many(columns),
-            Kind::Supernodal(factor) => factor.solve_many(columns),
+            FactorStorage::Envelope(factor) => factor.solve_many(columns),
+            FactorStorage::Supernodal(factor) => factor.solve_many(columns),
         }
     }
 }

@@ -26,12 +26,12 @@ pub(super) struct SupernodalFactor {
     symbolic: std::sync::Arc<SymbolicCholesky<usize>>,
     factor: Vec<f64>,
     /// Form of the factorisation in `factor`.
-    form: Form,
+    form: SupernodeForm,
     scratch: MemBuffer,
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Form {
+enum SupernodeForm {
     /// L of L Lᵀ.
     Positive,
     /// L and D of L D Lᵀ.
@@ -97,7 +97,16 @@ impl SupernodalFactor {
         let factor = vec![0.0; symbolic.len_val()];
         let scratch = scratch(&symbolic, 1);
         let values = vec![0.0; sources.len()];
-        Self { n, pattern, sources, values, symbolic: symbolic.into(), factor, form: Form::Positive, scratch }
+        Self {
+            n,
+            pattern,
+            sources,
+            values,
+            symbolic: symbolic.into(),
+            factor,
+            form: SupernodeForm::Positive,
+            scratch,
+        }
     }
 
     pub fn n_stored(&self) -> usize {
@@ -106,7 +115,7 @@ impl SupernodalFactor {
 
     pub fn factorize(&mut self, stiffness: &Stiffness) -> Result<()> {
         self.gather(stiffness);
-        self.form = Form::Positive;
+        self.form = SupernodeForm::Positive;
         let result = self.symbolic.factorize_numeric_llt(
             &mut self.factor,
             SparseColMatRef::new(self.pattern.rb(), &self.values),
@@ -139,7 +148,7 @@ impl SupernodalFactor {
     /// L D Lᵀ without pivoting; returns the number of negative pivots.
     pub fn factorize_signed(&mut self, stiffness: &Stiffness) -> Result<usize> {
         self.gather(stiffness);
-        self.form = Form::Signed;
+        self.form = SupernodeForm::Signed;
         let request = self.symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
         let result = self.symbolic.factorize_numeric_ldlt(
             &mut self.factor,
@@ -183,7 +192,7 @@ impl SupernodalFactor {
 
     fn solve_in_place(&self, sides: faer::MatMut<'_, f64>, stack: &mut MemStack) {
         match self.form {
-            Form::Positive => {
+            SupernodeForm::Positive => {
                 LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
                     Conj::No,
                     sides,
@@ -191,7 +200,7 @@ impl SupernodalFactor {
                     stack,
                 );
             }
-            Form::Signed => {
+            SupernodeForm::Signed => {
                 LdltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
                     Conj::No,
                     sides,

@@ -2,10 +2,10 @@
 
 use hysteron_base::BadInput;
 
-use super::elements::Kind;
+use super::elements::GmshType;
 use super::header::Version;
 use super::scan::Scan;
-use super::sections::{Block, Sections, kind_of};
+use super::sections::{ElementBlock, Sections, kind_of};
 
 /// A node or element tag: four bytes in 4.0, the size of the header in 4.1.
 fn tag(scan: &mut Scan<'_>, version: Version, what: &str) -> Result<u64, BadInput> {
@@ -99,10 +99,10 @@ pub(super) fn parse_elements(
 fn parse_block(
     scan: &mut Scan<'_>,
     version: Version,
-    (entity, kind, count): ((i64, i64), Kind, u64),
+    (entity, kind, count): ((i64, i64), GmshType, u64),
     out: &Sections,
-) -> Result<Block, BadInput> {
-    let mut block = Block::new(entity, kind);
+) -> Result<ElementBlock, BadInput> {
+    let mut block = ElementBlock::new(entity, kind);
     for _ in 0..count {
         let number = tag(scan, version, "an element tag")?;
         for _ in 0..kind.n_nodes {

@@ -5,7 +5,7 @@
 
 /// The form of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Shape {
+pub(super) enum ElementShape {
     Point,
     Line,
     Triangle,
@@ -16,7 +16,7 @@ pub(super) enum Shape {
     Pyramid,
 }
 
-impl Shape {
+impl ElementShape {
     /// 0 point, 1 line, 2 surface, 3 volume.
     pub(super) const fn dimension(self) -> u8 {
         match self {
@@ -55,16 +55,16 @@ impl Shape {
 
 /// One element type of Gmsh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Kind {
+pub(super) struct GmshType {
     /// Gmsh's number.
     pub(super) number: i64,
     /// Form.
-    pub(super) shape: Shape,
+    pub(super) shape: ElementShape,
     /// Nodes of one element.
     pub(super) n_nodes: usize,
 }
 
-impl Kind {
+impl GmshType {
     /// For messages: `tetrahedron`, `20-node hexahedron`.
     pub(super) fn name(self) -> String {
         if self.n_nodes == self.shape.n_corners() {
@@ -75,14 +75,14 @@ impl Kind {
 }
 
 /// Number and nodes of every type, by shape.
-const TYPES: [(Shape, &[(i64, usize)]); 8] = [
-    (Shape::Point, &[(15, 1)]),
+const TYPES: [(ElementShape, &[(i64, usize)]); 8] = [
+    (ElementShape::Point, &[(15, 1)]),
     (
-        Shape::Line,
+        ElementShape::Line,
         &[(1, 2), (8, 3), (26, 4), (27, 5), (28, 6), (62, 7), (63, 8), (64, 9), (65, 10), (66, 11), (84, 1)],
     ),
     (
-        Shape::Triangle,
+        ElementShape::Triangle,
         &[
             (2, 3),
             (9, 6),
@@ -106,7 +106,7 @@ const TYPES: [(Shape, &[(i64, usize)]); 8] = [
         ],
     ),
     (
-        Shape::Quadrangle,
+        ElementShape::Quadrangle,
         &[
             (3, 4),
             (10, 9),
@@ -131,7 +131,7 @@ const TYPES: [(Shape, &[(i64, usize)]); 8] = [
         ],
     ),
     (
-        Shape::Tetrahedron,
+        ElementShape::Tetrahedron,
         &[
             (4, 4),
             (11, 10),
@@ -155,7 +155,7 @@ const TYPES: [(Shape, &[(i64, usize)]); 8] = [
         ],
     ),
     (
-        Shape::Hexahedron,
+        ElementShape::Hexahedron,
         &[
             (5, 8),
             (12, 27),
@@ -178,7 +178,7 @@ const TYPES: [(Shape, &[(i64, usize)]); 8] = [
         ],
     ),
     (
-        Shape::Prism,
+        ElementShape::Prism,
         &[
             (6, 6),
             (13, 18),
@@ -201,7 +201,7 @@ const TYPES: [(Shape, &[(i64, usize)]); 8] = [
         ],
     ),
     (
-        Shape::Pyramid,
+        ElementShape::Pyramid,
         &[
             (7, 5),
             (14, 14),
@@ -228,9 +228,9 @@ const TYPES: [(Shape, &[(i64, usize)]); 8] = [
 const N_NUMBERS: usize = 141;
 
 /// Types by number.
-static KINDS: [Option<Kind>; N_NUMBERS] = by_number();
+static KINDS: [Option<GmshType>; N_NUMBERS] = by_number();
 
-const fn by_number() -> [Option<Kind>; N_NUMBERS] {
+const fn by_number() -> [Option<GmshType>; N_NUMBERS] {
     let mut kinds = [None; N_NUMBERS];
     let mut s = 0;
     while s < TYPES.len() {
@@ -238,7 +238,7 @@ const fn by_number() -> [Option<Kind>; N_NUMBERS] {
         let mut t = 0;
         while t < types.len() {
             let (number, n_nodes) = types[t];
-            kinds[number as usize] = Some(Kind { number, shape, n_nodes });
+            kinds[number as usize] = Some(GmshType { number, shape, n_nodes });
             t += 1;
         }
         s += 1;
@@ -247,7 +247,7 @@ const fn by_number() -> [Option<Kind>; N_NUMBERS] {
 }
 
 /// The element type with this number, if Gmsh has one with a fixed number of nodes.
-pub(super) fn find(number: i64) -> Option<Kind> {
+pub(super) fn find(number: i64) -> Option<GmshType> {
     usize::try_from(number).ok().and_then(|n| KINDS.get(n).copied().flatten())
 }
 

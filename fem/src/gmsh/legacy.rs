@@ -2,10 +2,10 @@
 
 use hysteron_base::BadInput;
 
-use super::elements::Kind;
+use super::elements::GmshType;
 use super::header::Version;
 use super::scan::Scan;
-use super::sections::{Block, Sections, kind_of};
+use super::sections::{ElementBlock, Sections, kind_of};
 
 /// Reads the count of a section, which is text in binary files too.
 fn count(scan: &mut Scan<'_>, what: &str) -> Result<u64, BadInput> {
@@ -142,7 +142,7 @@ fn parse_tags(scan: &mut Scan<'_>, n_tags: u64) -> Result<i64, BadInput> {
 /// The nodes of one element. A physical group stands for an entity of its own.
 fn parse_element(
     scan: &mut Scan<'_>,
-    kind: Kind,
+    kind: GmshType,
     physical: i64,
     number: u64,
     out: &mut Sections,
@@ -161,7 +161,7 @@ fn parse_element(
             block.tags.push(number);
             block.nodes.append(&mut nodes);
         }
-        None => out.blocks.push(Block { entity, kind, tags: vec![number], nodes }),
+        None => out.blocks.push(ElementBlock { entity, kind, tags: vec![number], nodes }),
     }
     Ok(())
 }

@@ -19,7 +19,7 @@ mod split;
 mod write;
 
 pub use read::read_mesh;
-pub use write::{Encoding, write_mesh};
+pub use write::{MshEncoding, write_mesh};
 
 /// Gmsh's number of the four-node tetrahedron.
 const TET4: i64 = 4;

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use hysteron_base::BadInput;
 
-use super::sections::{Block, Sections};
+use super::sections::{ElementBlock, Sections};
 use super::split::parse;
 use super::{TET4, TET10, foreign, groups, swap_last_two};
 use crate::{Cells, Mesh, Result};
@@ -78,7 +78,7 @@ fn mesh_from_bytes(bytes: &[u8], metres_per_unit: f64) -> std::result::Result<Me
 /// Gathers the tetrahedra and refuses every other kind of volume.
 fn cells(sections: &Sections) -> std::result::Result<Cells, BadInput> {
     let mut kind = None;
-    let mut repeats = Repeats { is_possible: sections.is_partitioned, seen: HashMap::new() };
+    let mut repeats = RepeatedElements { is_possible: sections.is_partitioned, seen: HashMap::new() };
     let mut tet4 = Vec::new();
     let mut tet10 = Vec::new();
     for block in sections.blocks.iter().filter(|b| b.kind.shape.dimension() == 3) {
@@ -126,15 +126,15 @@ fn cells(sections: &Sections) -> std::result::Result<Cells, BadInput> {
 /// Finds tetrahedra that a file lists again: for another group (MSH 1 and 2), or under the same number for another
 /// partition. The same nodes under another number in the same group are doubled by mistake, and stay for
 /// [`check_mesh`](crate::check_mesh) to refuse.
-struct Repeats {
+struct RepeatedElements {
     is_possible: bool,
     /// Entity and number under which the corners came first.
     seen: HashMap<[u32; 4], ((i64, i64), u64)>,
 }
 
-impl Repeats {
+impl RepeatedElements {
     /// Element `k` of a block, with these nodes in Gmsh's order.
-    fn is_first(&mut self, block: &Block, k: usize, nodes: &[u32]) -> bool {
+    fn is_first(&mut self, block: &ElementBlock, k: usize, nodes: &[u32]) -> bool {
         let (Some(&corners), Some(&tag)) = (nodes.first_chunk::<4>(), block.tags.get(k)) else {
             return true;
         };

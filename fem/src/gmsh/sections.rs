@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use hysteron_base::BadInput;
 
-use super::elements::{self, Kind};
+use super::elements::{self, GmshType};
 use super::scan::Scan;
 
 /// Content of the file, in its own numbering and unit.
@@ -19,7 +19,7 @@ pub(super) struct Sections {
     /// Position in `nodes` by node tag.
     pub(super) index_of: HashMap<u64, u32>,
     /// Elements in file order.
-    pub(super) blocks: Vec<Block>,
+    pub(super) blocks: Vec<ElementBlock>,
     /// True where an element may stand in the file more than once: for each of its groups (MSH 1 and 2), or for each
     /// partition that sees it.
     pub(super) is_partitioned: bool,
@@ -27,19 +27,19 @@ pub(super) struct Sections {
 
 /// Elements of one kind on one entity.
 #[derive(Debug)]
-pub(super) struct Block {
+pub(super) struct ElementBlock {
     /// Dimension and tag of the entity.
     pub(super) entity: (i64, i64),
     /// Element type.
-    pub(super) kind: Kind,
+    pub(super) kind: GmshType,
     /// Tag of each element.
     pub(super) tags: Vec<u64>,
     /// Nodes as positions in `Sections::nodes`, `kind.n_nodes` per element, in Gmsh's order.
     pub(super) nodes: Vec<u32>,
 }
 
-impl Block {
-    pub(super) fn new(entity: (i64, i64), kind: Kind) -> Self {
+impl ElementBlock {
+    pub(super) fn new(entity: (i64, i64), kind: GmshType) -> Self {
         Self { entity, kind, tags: Vec::new(), nodes: Vec::new() }
     }
 }
@@ -76,7 +76,7 @@ impl Sections {
 }
 
 /// The element type of a number in the file.
-pub(super) fn kind_of(scan: &Scan<'_>, number: i64) -> Result<Kind, BadInput> {
+pub(super) fn kind_of(scan: &Scan<'_>, number: i64) -> Result<GmshType, BadInput> {
     elements::find(number).ok_or_else(|| {
         scan.bad("an element type of Gmsh with a fixed number of nodes", elements::describe(number))
             .hint("mesh the part with four- or ten-node tetrahedra")

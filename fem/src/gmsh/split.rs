@@ -16,7 +16,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Sections, BadInput> {
     let version = header::parse(&mut scan)?;
     let mut out =
         Sections { is_partitioned: matches!(version, Version::V1 | Version::V2), ..Sections::default() };
-    let mut seen = Seen::default();
+    let mut seen = FoundSections::default();
     loop {
         scan.skip_blank();
         if scan.at_end() {
@@ -36,7 +36,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Sections, BadInput> {
 
 /// The sections that a mesh needs, as far as they were found.
 #[derive(Default)]
-struct Seen {
+struct FoundSections {
     nodes: bool,
     elements: bool,
 }
@@ -44,7 +44,7 @@ struct Seen {
 fn parse_section(
     scan: &mut Scan<'_>,
     version: Version,
-    seen: &mut Seen,
+    seen: &mut FoundSections,
     out: &mut Sections,
 ) -> Result<(), BadInput> {
     let at = scan.position();

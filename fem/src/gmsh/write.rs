@@ -16,7 +16,7 @@ use crate::{Cells, Mesh, Result};
 
 /// How the numbers are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Encoding {
+pub enum MshEncoding {
     /// Text, every number as short as exact reading allows.
     Ascii,
     /// Little-endian bytes.
@@ -32,7 +32,7 @@ pub enum Encoding {
 /// `BadInput` for a unit that is no positive number, a coordinate that is not finite, an index out of
 /// range, a group name that does not fit on a line in quotes, or a mesh without tetrahedra; `File` where the file
 /// system refuses.
-pub fn write_mesh(path: &Path, mesh: &Mesh, metres_per_unit: f64, encoding: Encoding) -> Result<()> {
+pub fn write_mesh(path: &Path, mesh: &Mesh, metres_per_unit: f64, encoding: MshEncoding) -> Result<()> {
     let prepared = prepare(mesh, metres_per_unit).map_err(|e| e.within(path.display()))?;
     let mut bytes = Vec::new();
     emit(&mut Out { bytes: &mut bytes, encoding }, &prepared);
@@ -40,7 +40,7 @@ pub fn write_mesh(path: &Path, mesh: &Mesh, metres_per_unit: f64, encoding: Enco
 }
 
 /// Elements of one kind on one entity.
-struct Block {
+struct WrittenBlock {
     dimension: i32,
     entity: i32,
     kind: i64,
@@ -50,16 +50,16 @@ struct Block {
 }
 
 /// Everything that stands in the file.
-struct Prepared {
+struct MshContent {
     /// Dimension, tag, name.
     names: Vec<(i32, i32, String)>,
     /// Physical tags of every entity, per dimension in the order of the entity tags 1, 2, …
     entities: [Vec<Vec<i32>>; 4],
     nodes: Vec<[f64; 3]>,
-    blocks: Vec<Block>,
+    blocks: Vec<WrittenBlock>,
 }
 
-fn prepare(mesh: &Mesh, metres_per_unit: f64) -> std::result::Result<Prepared, BadInput> {
+fn prepare(mesh: &Mesh, metres_per_unit: f64) -> std::result::Result<MshContent, BadInput> {
     check(mesh, metres_per_unit)?;
     let faces = boundary_nodes(&mesh.cells);
     let all_cells: Vec<&[u32]> = (0..mesh.cells.len()).map(|e| mesh.cells.nodes(e)).collect();
@@ -97,7 +97,7 @@ fn prepare(mesh: &Mesh, metres_per_unit: f64) -> std::result::Result<Prepared, B
     for (tag, set) in points {
         entities[0].push(vec![tag]);
         let entity = entities[0].len() as i32;
-        blocks.push(Block { dimension: 0, entity, kind: 15, n_nodes: 1, nodes: set.clone() });
+        blocks.push(WrittenBlock { dimension: 0, entity, kind: 15, n_nodes: 1, nodes: set.clone() });
     }
     let (cell_kind, face_kind) = match mesh.cells {
         Cells::Tet4(_) => ((TET4, 4), (2, 3)),
@@ -109,7 +109,7 @@ fn prepare(mesh: &Mesh, metres_per_unit: f64) -> std::result::Result<Prepared, B
     blocks.extend(in_blocks(3, cell_kind, &all_cells, &on_cells, |_| true, &mut entities[3]));
 
     let nodes = mesh.nodes.iter().map(|x| x.map(|v| in_unit(v, metres_per_unit))).collect();
-    Ok(Prepared { names, entities, nodes, blocks })
+    Ok(MshContent { names, entities, nodes, blocks })
 }
 
 fn check(mesh: &Mesh, metres_per_unit: f64) -> std::result::Result<(), BadInput> {
@@ -176,9 +176,9 @@ fn in_blocks(
     tags: &[Vec<i32>],
     wanted: impl Fn(&Vec<i32>) -> bool,
     entities: &mut Vec<Vec<i32>>,
-) -> Vec<Block> {
+) -> Vec<WrittenBlock> {
     let mut entity_of: BTreeMap<&[i32], i32> = BTreeMap::new();
-    let mut blocks: Vec<Block> = Vec::new();
+    let mut blocks: Vec<WrittenBlock> = Vec::new();
     for (element, tags) in elements.iter().zip(tags) {
         if !wanted(tags) {
             continue;
@@ -193,7 +193,7 @@ fn in_blocks(
         }
         match blocks.last_mut() {
             Some(last) if last.entity == entity => last.nodes.extend(nodes),
-            _ => blocks.push(Block { dimension, entity, kind, n_nodes, nodes }),
+            _ => blocks.push(WrittenBlock { dimension, entity, kind, n_nodes, nodes }),
         }
     }
     blocks
@@ -211,7 +211,7 @@ fn in_unit(metres: f64, metres_per_unit: f64) -> f64 {
 /// Numbers of one line (text) or record (binary).
 struct Out<'a> {
     bytes: &'a mut Vec<u8>,
-    encoding: Encoding,
+    encoding: MshEncoding,
 }
 
 impl Out<'_> {
@@ -228,37 +228,37 @@ impl Out<'_> {
 
     fn int(&mut self, value: i32) {
         match self.encoding {
-            Encoding::Ascii => self.word(value),
-            Encoding::Binary => self.bytes.extend_from_slice(&value.to_le_bytes()),
+            MshEncoding::Ascii => self.word(value),
+            MshEncoding::Binary => self.bytes.extend_from_slice(&value.to_le_bytes()),
         }
     }
 
     fn size(&mut self, value: usize) {
         match self.encoding {
-            Encoding::Ascii => self.word(value),
-            Encoding::Binary => self.bytes.extend_from_slice(&(value as u64).to_le_bytes()),
+            MshEncoding::Ascii => self.word(value),
+            MshEncoding::Binary => self.bytes.extend_from_slice(&(value as u64).to_le_bytes()),
         }
     }
 
     fn float(&mut self, value: f64) {
         match self.encoding {
-            Encoding::Ascii => self.word(value),
-            Encoding::Binary => self.bytes.extend_from_slice(&value.to_le_bytes()),
+            MshEncoding::Ascii => self.word(value),
+            MshEncoding::Binary => self.bytes.extend_from_slice(&value.to_le_bytes()),
         }
     }
 
     /// Ends a line of text.
     fn end(&mut self) {
-        if self.encoding == Encoding::Ascii {
+        if self.encoding == MshEncoding::Ascii {
             self.bytes.push(b'\n');
         }
     }
 }
 
-fn emit(out: &mut Out<'_>, file: &Prepared) {
+fn emit(out: &mut Out<'_>, file: &MshContent) {
     match out.encoding {
-        Encoding::Ascii => out.text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"),
-        Encoding::Binary => {
+        MshEncoding::Ascii => out.text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"),
+        MshEncoding::Binary => {
             out.text("$MeshFormat\n4.1 1 8\n");
             out.int(1);
             out.text("\n$EndMeshFormat\n");
@@ -277,13 +277,13 @@ fn emit(out: &mut Out<'_>, file: &Prepared) {
 }
 
 fn close(out: &mut Out<'_>, section: &str) {
-    if out.encoding == Encoding::Binary {
+    if out.encoding == MshEncoding::Binary {
         out.text("\n");
     }
     out.text(&format!("$End{section}\n"));
 }
 
-fn emit_entities(out: &mut Out<'_>, file: &Prepared) {
+fn emit_entities(out: &mut Out<'_>, file: &MshContent) {
     let mut low = [f64::INFINITY; 3];
     let mut high = [f64::NEG_INFINITY; 3];
     for x in &file.nodes {
@@ -313,7 +313,7 @@ fn emit_entities(out: &mut Out<'_>, file: &Prepared) {
     close(out, "Entities");
 }
 
-fn emit_nodes(out: &mut Out<'_>, file: &Prepared) {
+fn emit_nodes(out: &mut Out<'_>, file: &MshContent) {
     let n = file.nodes.len();
     out.text("$Nodes\n");
     [1, n, 1, n].into_iter().for_each(|v| out.size(v));
@@ -333,7 +333,7 @@ fn emit_nodes(out: &mut Out<'_>, file: &Prepared) {
     close(out, "Nodes");
 }
 
-fn emit_elements(out: &mut Out<'_>, file: &Prepared) {
+fn emit_elements(out: &mut Out<'_>, file: &MshContent) {
     let n: usize = file.blocks.iter().map(|b| b.nodes.len() / b.n_nodes).sum();
     out.text("$Elements\n");
     [file.blocks.len(), n, 1, n].into_iter().for_each(|v| out.size(v));

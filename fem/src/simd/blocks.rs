@@ -17,37 +17,37 @@ const AREA: usize = BLOCK * BLOCK;
 
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
-struct Block([f32; AREA]);
+struct MatrixBlock([f32; AREA]);
 
-impl Block {
+impl MatrixBlock {
     const ZERO: Self = Self([0.0; AREA]);
 }
 
 /// A symmetric positive definite matrix, then its Cholesky factor, in a block envelope.
 #[derive(Debug, Clone)]
-pub(crate) struct Envelope {
+pub(crate) struct BlockEnvelope {
     /// First stored block column of each block row.
     first: Vec<usize>,
     /// Position in `blocks` of each block row's first block; one more entry than block rows.
     start: Vec<usize>,
     /// Last block row that reaches each block column.
     last: Vec<usize>,
-    blocks: Vec<Block>,
+    blocks: Vec<MatrixBlock>,
 }
 
 /// Sixteen right-hand sides or solutions.
 #[derive(Debug, Clone)]
-pub(crate) struct Panel(Vec<Block>);
+pub(crate) struct SolutionPanel(Vec<MatrixBlock>);
 
-impl Panel {
+impl SolutionPanel {
     /// Zeros for `n_padded` unknowns.
     pub fn zeros(n_padded: usize) -> Self {
-        Self(vec![Block::ZERO; n_padded / BLOCK])
+        Self(vec![MatrixBlock::ZERO; n_padded / BLOCK])
     }
 
     /// Takes over right-hand sides, at most sixteen; the others are zero.
     pub fn load(&mut self, columns: &[Vec<f64>]) {
-        self.0.fill(Block::ZERO);
+        self.0.fill(MatrixBlock::ZERO);
         for (side, column) in columns.iter().enumerate() {
             for (block, values) in self.0.iter_mut().zip(column.chunks(BLOCK)) {
                 for (r, value) in values.iter().enumerate() {
@@ -69,7 +69,7 @@ impl Panel {
     }
 }
 
-impl Envelope {
+impl BlockEnvelope {
     /// An empty envelope for the lower triangle whose row `i` begins at column `first_column[i] <= i`.
     pub fn new(first_column: &[usize]) -> Self {
         let n_block_rows = first_column.len().div_ceil(BLOCK);
@@ -83,7 +83,7 @@ impl Envelope {
             start.push(start[i] + i - begin + 1);
             last[begin..=i].fill(i);
         }
-        let blocks = vec![Block::ZERO; start[n_block_rows]];
+        let blocks = vec![MatrixBlock::ZERO; start[n_block_rows]];
         Self { first, start, last, blocks }
     }
 
@@ -118,7 +118,7 @@ impl Envelope {
     /// Clears the envelope, puts the entries of each 3×3 block at its `positions` (row-major), and ones
     /// on the diagonal of the padding beyond `n` unknowns.
     pub fn load(&mut self, n: usize, positions: &[[u32; 9]], values: &[[[f64; 4]; 3]]) {
-        self.blocks.fill(Block::ZERO);
+        self.blocks.fill(MatrixBlock::ZERO);
         for (positions, values) in positions.iter().zip(values) {
             for k in 0..9 {
                 let position = positions[k] as usize;
@@ -145,16 +145,16 @@ impl Envelope {
     }
 
     /// Solves for sixteen right-hand sides in place.
-    pub fn solve_panel(&self, isa: Isa, panel: &mut Panel) {
+    pub fn solve_panel(&self, isa: Isa, panel: &mut SolutionPanel) {
         let panel = &mut panel.0[..];
         isa.run(SolvePanel { envelope: self, panel });
     }
 
-    fn row(&self, i: usize) -> &[Block] {
+    fn row(&self, i: usize) -> &[MatrixBlock] {
         &self.blocks[self.start[i]..self.start[i + 1]]
     }
 
-    fn block(&self, i: usize, j: usize) -> &Block {
+    fn block(&self, i: usize, j: usize) -> &MatrixBlock {
         &self.blocks[self.start[i] + j - self.first[i]]
     }
 }
@@ -164,9 +164,9 @@ impl Envelope {
 #[inline(always)]
 fn multiply_add<S: Simd>(
     simd: S,
-    c: &mut Block,
-    a: &[Block],
-    b: &[Block],
+    c: &mut MatrixBlock,
+    a: &[MatrixBlock],
+    b: &[MatrixBlock],
     at: impl Fn(usize, usize) -> usize + Copy,
 ) {
     match S::F32_LANES {
@@ -181,9 +181,9 @@ fn multiply_add<S: Simd>(
 #[inline(always)]
 fn tile<S: Simd, const V: usize, const C: usize>(
     simd: S,
-    c: &mut Block,
-    a: &[Block],
-    b: &[Block],
+    c: &mut MatrixBlock,
+    a: &[MatrixBlock],
+    b: &[MatrixBlock],
     at: impl Fn(usize, usize) -> usize + Copy,
 ) {
     let (c, _) = S::as_mut_simd_f32s(&mut c.0);
@@ -216,7 +216,7 @@ fn transposed(k: usize, c: usize) -> usize {
 }
 
 #[inline(always)]
-fn negated(block: &Block) -> Block {
+fn negated(block: &MatrixBlock) -> MatrixBlock {
     let mut negated = *block;
     for value in &mut negated.0 {
         *value = -*value;
@@ -229,7 +229,7 @@ fn negated(block: &Block) -> Block {
 /// # Errors
 /// The column whose pivot is not positive.
 #[inline(always)]
-fn invert_factor(block: &mut Block) -> Result<(), usize> {
+fn invert_factor(block: &mut MatrixBlock) -> Result<(), usize> {
     let mut columns = [[0.0f32; BLOCK]; BLOCK];
     columns.as_flattened_mut().copy_from_slice(&block.0);
     let mut per_diagonal = [0.0f32; BLOCK];
@@ -272,14 +272,14 @@ fn invert_factor(block: &mut Block) -> Result<(), usize> {
     Ok(())
 }
 
-struct Factorize<'a>(&'a mut Envelope);
+struct Factorize<'a>(&'a mut BlockEnvelope);
 
 impl WithSimd for Factorize<'_> {
     type Output = Result<(), usize>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Envelope { first, start, blocks, .. } = self.0;
+        let BlockEnvelope { first, start, blocks, .. } = self.0;
         for i in 0..first.len() {
             let (done, rest) = blocks.split_at_mut(start[i]);
             let row = &mut rest[..=i - first[i]];
@@ -290,7 +290,7 @@ impl WithSimd for Factorize<'_> {
                 let above = &done[start[j] + from - first[j]..start[j + 1]];
                 let mut sum = negated(&here[0]);
                 multiply_add(simd, &mut sum, &left[from - first[i]..], &above[..j - from], transposed);
-                let mut solved = Block::ZERO;
+                let mut solved = MatrixBlock::ZERO;
                 let inverse = &above[j - from..=j - from];
                 multiply_add(simd, &mut solved, &[negated(&sum)], inverse, transposed);
                 here[0] = solved;
@@ -306,7 +306,7 @@ impl WithSimd for Factorize<'_> {
 }
 
 struct Solve<'a> {
-    envelope: &'a Envelope,
+    envelope: &'a BlockEnvelope,
     x: &'a mut [f32],
 }
 
@@ -318,7 +318,7 @@ const CHAINS: usize = 4;
 fn multiply_vector<S: Simd, const V: usize>(
     simd: S,
     sums: &mut [[S::f32s; V]; CHAINS],
-    a: &Block,
+    a: &MatrixBlock,
     x: &[f32; BLOCK],
 ) {
     let (a, _) = S::as_simd_f32s(&a.0);
@@ -336,7 +336,7 @@ fn multiply_vector<S: Simd, const V: usize>(
 fn multiply_transposed<'a, S: Simd, const V: usize, const C: usize>(
     simd: S,
     y: &mut [f32; BLOCK],
-    terms: impl Iterator<Item = (&'a Block, &'a [f32])> + Clone,
+    terms: impl Iterator<Item = (&'a MatrixBlock, &'a [f32])> + Clone,
 ) {
     for column in (0..BLOCK).step_by(C) {
         let mut sums = [[simd.splat_f32s(0.0); V]; C];
@@ -424,8 +424,8 @@ impl WithSimd for Solve<'_> {
 }
 
 struct SolvePanel<'a> {
-    envelope: &'a Envelope,
-    panel: &'a mut [Block],
+    envelope: &'a BlockEnvelope,
+    panel: &'a mut [MatrixBlock],
 }
 
 impl WithSimd for SolvePanel<'_> {
@@ -442,7 +442,7 @@ impl WithSimd for SolvePanel<'_> {
             let mut sum = negated(&here[0]);
             let row = envelope.row(i);
             multiply_add(simd, &mut sum, &before[envelope.first[i]..], &row[..row.len() - 1], transposed);
-            here[0] = Block::ZERO;
+            here[0] = MatrixBlock::ZERO;
             multiply_add(simd, &mut here[0], &[negated(&sum)], &row[row.len() - 1..], transposed);
         }
         for j in (0..panel.len()).rev() {
@@ -454,7 +454,7 @@ impl WithSimd for SolvePanel<'_> {
                     multiply_add(simd, &mut sum, &after[i - j - 1..i - j], block, straight);
                 }
             }
-            before[j] = Block::ZERO;
+            before[j] = MatrixBlock::ZERO;
             let diagonal = std::slice::from_ref(envelope.block(j, j));
             multiply_add(simd, &mut before[j], &[negated(&sum)], diagonal, straight);
         }
@@ -484,8 +484,8 @@ mod tests {
         (first, &l * l.transpose())
     }
 
-    fn loaded(first: &[usize], a: &DMatrix<f64>) -> Envelope {
-        let mut envelope = Envelope::new(first);
+    fn loaded(first: &[usize], a: &DMatrix<f64>) -> BlockEnvelope {
+        let mut envelope = BlockEnvelope::new(first);
         let (mut positions, mut values) = (Vec::new(), Vec::new());
         for (i, &begin) in first.iter().enumerate() {
             for j in begin..=i {
@@ -514,7 +514,7 @@ mod tests {
                 let mut envelope = loaded(&first, &a);
                 assert_eq!(envelope.n_padded(), n.next_multiple_of(BLOCK));
                 envelope.factorize(isa).expect("positive definite");
-                let mut panel = Panel::zeros(envelope.n_padded());
+                let mut panel = SolutionPanel::zeros(envelope.n_padded());
                 let mut columns: Vec<Vec<f64>> =
                     sides.column_iter().map(|side| side.iter().copied().collect()).collect();
                 panel.load(&columns);
@@ -554,11 +554,11 @@ mod tests {
     #[test]
     fn factor_cost_counts_block_products() {
         // Dense, three block rows: (1) + (1 + 2) + (1 + 2 + 3) products of 16³.
-        assert_eq!(Envelope::factor_cost(&[0; 48]), 10.0 * 4096.0);
+        assert_eq!(BlockEnvelope::factor_cost(&[0; 48]), 10.0 * 4096.0);
         // Block diagonal: one each.
         let diagonal: Vec<usize> = (0..48).map(|i| i / 16 * 16).collect();
-        assert_eq!(Envelope::factor_cost(&diagonal), 3.0 * 4096.0);
-        let envelope = Envelope::new(&diagonal);
+        assert_eq!(BlockEnvelope::factor_cost(&diagonal), 3.0 * 4096.0);
+        let envelope = BlockEnvelope::new(&diagonal);
         assert_eq!(envelope.n_stored(), 3 * 256);
     }
 

@@ -4,6 +4,8 @@ mod blocks;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use blocks::{BLOCK, Envelope, Panel};
+pub(crate) use blocks::{BLOCK, BlockEnvelope, SolutionPanel};
 pub use hysteron_base::lanes::Isa;
-pub(crate) use hysteron_base::lanes::{LANES, Lanes, Pack, Packs, Rows, Simd, WithSimd, collect, element};
+pub(crate) use hysteron_base::lanes::{
+    LANES, Lanes, Pack, Packs, PaddedPoints, Simd, WithSimd, collect, element,
+};

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::vectors::{axpy, combine_into, dot};
-use hysteron_base::{Law, Material, rng};
+use hysteron_base::{Material, MaterialLaw, rng};
 use rand::RngExt;
 
 use super::Isa;
@@ -12,7 +12,7 @@ use crate::{Cells, FactorKind, FemModel, Layers, Order, Stiffness, StiffnessFact
 const E: f64 = 2e5;
 const HEIGHT: f64 = 0.03;
 
-fn model(law: Law, order: Order, isa: Isa) -> FemModel {
+fn model(law: MaterialLaw, order: Order, isa: Isa) -> FemModel {
     let tube = Tube {
         profile: vec![[0.0, 0.01], [HEIGHT, 0.01]],
         bore_radius: 0.0,
@@ -70,8 +70,13 @@ fn instruction_sets_agree_on_energy_force_and_stiffness() {
     // Sums in another order, and polar iterations stopped by another lane: round-off.
     const ACC: f64 = 1e-13;
     for order in [Order::Linear, Order::Quadratic] {
-        for law in [Law::SmallStrain, Law::Corotational, Law::CorotationalEdges, Law::NeoHookean] {
-            if law == Law::CorotationalEdges && order == Order::Quadratic {
+        for law in [
+            MaterialLaw::SmallStrain,
+            MaterialLaw::Corotational,
+            MaterialLaw::CorotationalEdges,
+            MaterialLaw::NeoHookean,
+        ] {
+            if law == MaterialLaw::CorotationalEdges && order == Order::Quadratic {
                 continue;
             }
             let expected = results(&model(law, order, Isa::portable()));
@@ -87,8 +92,13 @@ fn instruction_sets_agree_on_energy_force_and_stiffness() {
 #[test]
 fn inverted_element_is_noticed_in_every_law_and_named() {
     for order in [Order::Linear, Order::Quadratic] {
-        for law in [Law::SmallStrain, Law::Corotational, Law::CorotationalEdges, Law::NeoHookean] {
-            if law == Law::CorotationalEdges && order == Order::Quadratic {
+        for law in [
+            MaterialLaw::SmallStrain,
+            MaterialLaw::Corotational,
+            MaterialLaw::CorotationalEdges,
+            MaterialLaw::NeoHookean,
+        ] {
+            if law == MaterialLaw::CorotationalEdges && order == Order::Quadratic {
                 continue;
             }
             for isa in Isa::all() {
@@ -126,7 +136,7 @@ fn instruction_sets_agree_on_envelope_solutions() {
     // Single precision; the condition of this short body is below 1e4.
     const ACC: f64 = 1e4 * f32::EPSILON as f64;
     let solutions = |isa: Isa, order: Order| {
-        let model = model(Law::Corotational, order, isa);
+        let model = model(MaterialLaw::Corotational, order, isa);
         let mut k = Stiffness::zeros(Arc::new(model.stiffness_pattern(&[])));
         model.stiffness_into(&deformed(&model), Tangent::Warped, &mut k);
         let mut factor = StiffnessFactor::new(&k.pattern, FactorKind::Envelope, isa);

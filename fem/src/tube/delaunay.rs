@@ -8,12 +8,12 @@
 const GRID: f64 = (1_u32 << 22) as f64;
 const FAR: i64 = 64 << 22;
 
-type Point = [i64; 2];
+type PlanePoint = [i64; 2];
 
 /// Triangulates points of the unit circle; triangles turn left. Coinciding points are dropped.
 pub(super) fn triangulate(points: &[[f64; 2]]) -> Vec<[u32; 3]> {
     let n = points.len() as u32;
-    let mut at: Vec<Point> =
+    let mut at: Vec<PlanePoint> =
         points.iter().map(|p| p.map(|v| (v.clamp(-1.0, 1.0) * GRID).round() as i64)).collect();
     at.extend([[-FAR, -FAR], [FAR, -FAR], [0, FAR]]);
 
@@ -38,7 +38,7 @@ pub(super) fn triangulate(points: &[[f64; 2]]) -> Vec<[u32; 3]> {
 }
 
 /// True when `x` lies inside the circle through a triangle that turns left.
-fn in_circle(t: [Point; 3], x: Point) -> bool {
+fn in_circle(t: [PlanePoint; 3], x: PlanePoint) -> bool {
     let d = t.map(|p| [i128::from(p[0] - x[0]), i128::from(p[1] - x[1])]);
     let lift = d.map(|[a, b]| a * a + b * b);
     let cross = |i: usize, j: usize| d[i][0] * d[j][1] - d[j][0] * d[i][1];

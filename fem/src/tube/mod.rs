@@ -13,11 +13,11 @@ use hysteron_base::BadInput;
 use hysteron_base::size::{check_at_most, check_memory};
 
 use crate::{Cells, Mesh, Result};
-use section::{Section, Walls};
+use section::{TubeSection, Walls};
 
 /// A round channel along the body, for a tendon.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Channel {
+pub struct TendonChannel {
     /// Direction from the axis, from x towards y \[rad\].
     pub angle: f64,
     /// Distance of its centre line from the axis, at the base \[m\].
@@ -58,7 +58,7 @@ pub struct Tube {
     /// Radius of the central bore at the base \[m\]; 0 for a solid body.
     pub bore_radius: f64,
     /// Channels in the wall.
-    pub channels: Vec<Channel>,
+    pub channels: Vec<TendonChannel>,
     /// Sides of the outer polygon.
     pub outer_divisions: u32,
     /// Sides of the bore's polygon; not used for a solid body.
@@ -284,7 +284,7 @@ fn shares(links: &[([f64; 2], [f64; 2])], n: usize) -> Vec<usize> {
 /// The diagonal of every side runs from the lower node of smaller rank to the upper one of greater rank.
 /// The rank is the number in the section, counted backwards in every other layer: so the faces match, and
 /// the diagonals zigzag instead of winding round the body, which would couple bending and torsion.
-fn extrude(section: &Section, levels: &[[f64; 2]]) -> Mesh {
+fn extrude(section: &TubeSection, levels: &[[f64; 2]]) -> Mesh {
     let n = section.points.len();
     let nodes: Vec<[f64; 3]> = levels
         .iter()

@@ -32,7 +32,7 @@ pub(super) struct Walls {
 }
 
 /// A triangulated cross-section at the base.
-pub(super) struct Section {
+pub(super) struct TubeSection {
     /// Outer polygon, bore, channels one after the other, then the points between \[m\].
     pub(super) points: Vec<[f64; 2]>,
     /// Corners, turning left.
@@ -40,7 +40,7 @@ pub(super) struct Section {
 }
 
 /// A wall as seen from the points between, in units of the outer radius.
-struct Circle {
+struct WallCircle {
     center: [f64; 2],
     radius: f64,
     /// Length of the polygon's sides.
@@ -49,7 +49,7 @@ struct Circle {
     encloses: bool,
 }
 
-impl Circle {
+impl WallCircle {
     /// Distance of a point of the body from the wall; negative outside the body.
     fn distance(&self, p: [f64; 2]) -> f64 {
         let r = (p[0] - self.center[0]).hypot(p[1] - self.center[1]);
@@ -61,7 +61,7 @@ impl Circle {
 ///
 /// # Errors
 /// `BadInput` where the polygons are too coarse for the walls between them.
-pub(super) fn triangulate(walls: &Walls) -> Result<Section, BadInput> {
+pub(super) fn triangulate(walls: &Walls) -> Result<TubeSection, BadInput> {
     let scale = walls.outer.0;
     let mut points = Vec::new();
     // The hole on which each point lies: 1 is the bore, then the channels; 0 for the others.
@@ -71,7 +71,7 @@ pub(super) fn triangulate(walls: &Walls) -> Result<Section, BadInput> {
         points.extend(polygon(center, radius, sides, start));
         hole.resize(points.len(), hole_number);
         let side = TAU * radius / sides as f64;
-        circles.push(Circle { center, radius, side, encloses: hole_number == 0 });
+        circles.push(WallCircle { center, radius, side, encloses: hole_number == 0 });
     };
     add(0, [0.0; 2], 1.0, walls.outer.1, 0.0);
     if let Some((radius, sides)) = walls.bore {
@@ -121,7 +121,7 @@ pub(super) fn triangulate(walls: &Walls) -> Result<Section, BadInput> {
         )
         .hint("use more outer, bore and channel divisions"));
     }
-    Ok(Section { points, triangles })
+    Ok(TubeSection { points, triangles })
 }
 
 fn polygon(center: [f64; 2], radius: f64, sides: usize, start: f64) -> impl Iterator<Item = [f64; 2]> {
@@ -138,7 +138,7 @@ fn polygon_area(sides: usize, radius: f64) -> f64 {
 
 /// Adds points between the walls: rings around the channels, then rings around the axis, each point where
 /// the local size leaves room for it.
-fn fill(walls: &Walls, circles: &[Circle], points: &mut Vec<[f64; 2]>) {
+fn fill(walls: &Walls, circles: &[WallCircle], points: &mut Vec<[f64; 2]>) {
     let size = |p: [f64; 2]| {
         circles.iter().map(|c| c.side + GROWTH * c.distance(p).max(0.0)).fold(f64::INFINITY, f64::min)
     };
@@ -170,7 +170,7 @@ fn fill(walls: &Walls, circles: &[Circle], points: &mut Vec<[f64; 2]>) {
 }
 
 /// Points on circles around the axis, evenly spaced in units of the local size.
-fn rings(walls: &Walls, circles: &[Circle]) -> Vec<[f64; 2]> {
+fn rings(walls: &Walls, circles: &[WallCircle]) -> Vec<[f64; 2]> {
     const STEPS: usize = 1024;
     let outer = &circles[0];
     let bore = walls.bore.map(|_| &circles[1]);

@@ -1,4 +1,4 @@
-use hysteron_fem::{Cells, Encoding, Error, Mesh, read_mesh, write_mesh};
+use hysteron_fem::{Cells, Error, Mesh, MshEncoding, read_mesh, write_mesh};
 use proptest::prelude::*;
 
 use super::{MM, bad_input, read_sample, sample, volume};
@@ -111,7 +111,7 @@ fn written_meshes_read_back() {
         let mut mesh = read_sample(name);
         // A set that neither faces nor tetrahedra carry: written as points.
         mesh.groups.insert("odd ones".into(), vec![1, 17, 31]);
-        for encoding in [Encoding::Ascii, Encoding::Binary] {
+        for encoding in [MshEncoding::Ascii, MshEncoding::Binary] {
             write_mesh(&path, &mesh, MM, encoding).expect("written");
             let back = read_mesh(&path, MM).expect("read");
             assert_same(&back, &mesh);
@@ -137,7 +137,7 @@ fn writer_refuses_what_cannot_be_read_back() {
     let path = folder.path().join("bad.msh");
     let good = read_sample("cylinder.msh");
     let refusal =
-        |mesh: &Mesh, unit: f64| bad_input(write_mesh(&path, mesh, unit, Encoding::Ascii)).to_string();
+        |mesh: &Mesh, unit: f64| bad_input(write_mesh(&path, mesh, unit, MshEncoding::Ascii)).to_string();
 
     let mut mesh = good.clone();
     mesh.groups.insert("two\nlines".into(), vec![0]);
@@ -158,7 +158,7 @@ fn writer_refuses_what_cannot_be_read_back() {
     assert!(!path.exists());
 
     std::fs::create_dir(&path).expect("a folder in the way");
-    let refusal = write_mesh(&path, &good, MM, Encoding::Ascii);
+    let refusal = write_mesh(&path, &good, MM, MshEncoding::Ascii);
     assert!(matches!(refusal, Err(Error::File(_))), "{refusal:?}");
 }
 
@@ -169,7 +169,7 @@ fn reads_without_panic(bytes: &[u8]) {
     if let Ok(mesh) = read_mesh(&path, MM) {
         // The next steps check what the reader accepts.
         let _ = hysteron_fem::check_mesh(&mesh, "odd.msh");
-        let _ = write_mesh(&path, &mesh, MM, Encoding::Binary);
+        let _ = write_mesh(&path, &mesh, MM, MshEncoding::Binary);
         let _ = mesh.to_quadratic();
     }
 }

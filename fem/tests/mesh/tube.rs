@@ -1,13 +1,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use hysteron_fem::{Cells, Channel, Layers, Mesh, Order, Tube, check_mesh};
+use hysteron_fem::{Cells, Layers, Mesh, Order, TendonChannel, Tube, check_mesh};
 use proptest::prelude::*;
 
 use super::{MM, bad_input};
 
 fn tube(n_channels: u32) -> Tube {
-    let channel = |k| Channel { angle: f64::from(k) * FRAC_PI_2, center_radius: 4.5 * MM, radius: 0.75 * MM };
+    let channel =
+        |k| TendonChannel { angle: f64::from(k) * FRAC_PI_2, center_radius: 4.5 * MM, radius: 0.75 * MM };
     Tube {
         profile: vec![[0.0, 6.0 * MM], [80.0 * MM, 6.0 * MM]],
         bore_radius: 3.0 * MM,
@@ -216,7 +217,7 @@ proptest! {
         radius in 1e-3..0.05, bore in 0.0..0.9, center in 0.0..1.0, hole in 0.01..0.3, turn in 0.0..6.3,
         outer in 3_u32..70, inner in 3_u32..40, sides in 3_u32..20, n_channels in 0_u32..5,
     ) {
-        let channel = |k| Channel {
+        let channel = |k| TendonChannel {
             angle: turn + f64::from(k) * TAU / f64::from(n_channels),
             center_radius: center * radius,
             radius: hole * radius,

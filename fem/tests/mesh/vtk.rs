@@ -1,4 +1,4 @@
-use hysteron_fem::{Array, Cells, Error, Polylines, Pvd, Values, write_polylines, write_vtu};
+use hysteron_fem::{ArrayValues, Cells, Error, Polylines, Pvd, VtkArray, write_polylines, write_vtu};
 use vtkio::model::{Attribute, CellType, DataSet, IOBuffer, Piece, Vtk};
 
 use super::{bad_input, read_sample};
@@ -17,8 +17,8 @@ fn deformed_mesh_reads_back() {
             &path,
             &moved,
             &mesh.cells,
-            &[Array { name: "rest_m", values: Values::Vectors(&mesh.nodes) }],
-            &[Array { name: "energy_j", values: Values::Scalars(&energy) }],
+            &[VtkArray { name: "rest_m", values: ArrayValues::Vectors(&mesh.nodes) }],
+            &[VtkArray { name: "energy_j", values: ArrayValues::Scalars(&energy) }],
         )
         .expect("written");
 
@@ -46,7 +46,7 @@ fn tendons_read_back() {
     let path = folder.path().join("tendons.vtp");
     let lines = [vec![[0.0; 3], [0.0, 0.0, 1.0], [0.0, 1.0, 2.0]], vec![[1.0; 3], [2.0; 3]]];
     let tension = [3.0, 4.0];
-    let line_data = [Array { name: "tension_n", values: Values::Scalars(&tension) }];
+    let line_data = [VtkArray { name: "tension_n", values: ArrayValues::Scalars(&tension) }];
     write_polylines(&path, Polylines { lines: &lines, line_data: &line_data }).expect("written");
     let DataSet::PolyData { pieces, .. } = Vtk::import(&path).expect("read").data else {
         panic!("expected poly data")
@@ -90,10 +90,10 @@ fn bad_pictures_are_refused() {
     let path = folder.path().join("bad.vtu");
     let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let cells = Cells::Tet4(vec![[0, 1, 2, 3]]);
-    let short = [Array { name: "u", values: Values::Scalars(&[1.0]) }];
+    let short = [VtkArray { name: "u", values: ArrayValues::Scalars(&[1.0]) }];
     assert_eq!(bad_input(write_vtu(&path, &points, &cells, &short, &[])).found, "1");
     write_vtu(&path, &points, &cells, &[], &short).expect("one cell, one value");
-    let named = [Array { name: "a<b", values: Values::Scalars(&[1.0]) }];
+    let named = [VtkArray { name: "a<b", values: ArrayValues::Scalars(&[1.0]) }];
     assert!(bad_input(write_vtu(&path, &points, &cells, &[], &named)).expected.contains("names"));
     let far = Cells::Tet4(vec![[0, 1, 2, 4]]);
     assert!(bad_input(write_vtu(&path, &points, &far, &[], &[])).place.contains("tetrahedron 0"));

@@ -1,6 +1,6 @@
 //! Cantilevers along z against beam theory.
 
-use hysteron_base::Law;
+use hysteron_base::MaterialLaw;
 use hysteron_fem::FemModel;
 
 use super::*;
@@ -24,7 +24,7 @@ impl Beam {
             + self.length / (shear * shear_modulus * self.side * self.side)
     }
 
-    fn model(&self, law: Law, nu: f64, order: Order, across: usize, along: usize) -> FemModel {
+    fn model(&self, law: MaterialLaw, nu: f64, order: Order, across: usize, along: usize) -> FemModel {
         let size = [self.side, self.side, self.length];
         let mesh = box_mesh([across, across, along], size, 0.0, order);
         let base = nodes_where(&mesh, |x| x[2] == 0.0);
@@ -70,7 +70,7 @@ impl Beam {
 
     /// Computed deflection over that of beam theory, for small loads.
     fn ratio(&self, nu: f64, order: Order, across: usize, along: usize) -> f64 {
-        let model = self.model(Law::SmallStrain, nu, order, across, along);
+        let model = self.model(MaterialLaw::SmallStrain, nu, order, across, along);
         let p = 1e-3;
         self.end_displacement(&model, p, 1, 1)[0] / (p * self.compliance(nu))
     }
@@ -107,7 +107,7 @@ fn large_deflection_follows_the_elastica() {
     let (deflection, shortening) = (0.49346, 0.16064);
     let beam = Beam { side: 0.005, length: 0.1 };
     let p = 2.0 * beam.bending_stiffness() / beam.length.powi(2);
-    for law in [Law::Corotational, Law::NeoHookean] {
+    for law in [MaterialLaw::Corotational, MaterialLaw::NeoHookean] {
         let model = beam.model(law, 0.3, Order::Quadratic, 1, 24);
         let [x, y, z] = beam.end_displacement(&model, p, 10, 7);
         assert_close(&format!("{law:?} deflection"), x / beam.length, deflection, ACC, deflection);

@@ -1,6 +1,6 @@
 //! Order of convergence against a smooth equilibrium known in closed form.
 
-use hysteron_base::Law;
+use hysteron_base::MaterialLaw;
 use hysteron_fem::FemModel;
 
 use super::*;
@@ -34,7 +34,8 @@ fn shape(n: usize, l: [f64; 4]) -> Vec<f64> {
 /// of degree 3.
 fn l2_error(n: usize, order: Order) -> f64 {
     let mesh = box_mesh([n; 3], [1.0; 3], 0.15, order);
-    let model = FemModel::new(&mesh, material(Law::SmallStrain, NU), &mesh.groups["boundary"]).unwrap();
+    let model =
+        FemModel::new(&mesh, material(MaterialLaw::SmallStrain, NU), &mesh.groups["boundary"]).unwrap();
     let mut x = model.rest.clone();
     for (x, rest) in x[model.n_free..].iter_mut().zip(&model.rest[model.n_free..]) {
         let u = exact(Vector3::new(rest[0], rest[1], rest[2]));

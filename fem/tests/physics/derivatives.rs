@@ -1,6 +1,6 @@
 //! Force is the gradient of the energy, stiffness that of the force.
 
-use hysteron_base::Law;
+use hysteron_base::MaterialLaw;
 use hysteron_fem::{Error, FemModel};
 
 use super::*;
@@ -12,7 +12,7 @@ const STEP: f64 = 1e-5 * 0.01;
 /// Both errors above, times the curvature of the laws at strains up to 0.5.
 const ACC: f64 = 1e-7;
 
-fn model(law: Law, order: Order) -> FemModel {
+fn model(law: MaterialLaw, order: Order) -> FemModel {
     let mesh = box_mesh([2, 2, 3], SIZE, 0.2, order);
     let base = nodes_where(&mesh, |x| x[2] == 0.0);
     FemModel::new(&mesh, material(law, 0.4), &base).unwrap()
@@ -99,7 +99,7 @@ fn warped_tangent_is_exact_at_small_strain_and_after_a_rigid_turn() {
     for order in ORDERS {
         for law in POTENTIALS {
             let model = model(law, order);
-            let turns = law != Law::SmallStrain;
+            let turns = law != MaterialLaw::SmallStrain;
             let x = if turns { positions(&model, |x| rotation(2.0) * x) } else { deformed(&model) };
             let exact = stiffness(&model, &x, Tangent::Exact);
             let warped = stiffness(&model, &x, Tangent::Warped);
@@ -117,7 +117,7 @@ fn warped_tangent_is_exact_at_small_strain_and_after_a_rigid_turn() {
 #[test]
 fn warped_tangent_has_a_factor_where_the_exact_one_has_none() {
     for order in ORDERS {
-        let model = model(Law::Corotational, order);
+        let model = model(MaterialLaw::Corotational, order);
         // Squeezed to half its size: turning an element releases energy, 2μ < c / 2s.
         let x = positions(&model, |x| 0.5 * x);
         let squeezed = |kind| {
@@ -138,8 +138,10 @@ fn edge_frames_agree_with_polar_frames_to_first_order_in_strain() {
     // Their force is not the gradient of their energy, so there is nothing to differentiate. Against the
     // polar frames the forces differ in second order: twice the strain, four times the difference, and half
     // of it relative to the force.
-    let (edges, polar) =
-        (model(Law::CorotationalEdges, Order::Linear), model(Law::Corotational, Order::Linear));
+    let (edges, polar) = (
+        model(MaterialLaw::CorotationalEdges, Order::Linear),
+        model(MaterialLaw::Corotational, Order::Linear),
+    );
     let forces = |model: &FemModel, strain: f64| {
         let x = shaken(model, positions(model, |x| x), strain * 0.01);
         let turned: Vec<[f64; 4]> = x
@@ -165,7 +167,7 @@ fn edge_frames_agree_with_polar_frames_to_first_order_in_strain() {
 #[test]
 fn edge_frame_tangent_is_gradient_of_force_where_nothing_is_strained() {
     // Without stress a turn of the frame changes nothing, so the warped tangent is exact.
-    let model = model(Law::CorotationalEdges, Order::Linear);
+    let model = model(MaterialLaw::CorotationalEdges, Order::Linear);
     let (x, d) = (positions(&model, |x| rotation(2.0) * x), direction(&model));
     let force_at = |step: f64| free(&model, &force(&model, &moved(&x, step, &d)));
     let slope = multiply(&stiffness(&model, &x, Tangent::Exact), &free(&model, &d));

@@ -1,6 +1,6 @@
 //! Points carried by elements, nodal volumes and weight.
 
-use hysteron_base::Law;
+use hysteron_base::MaterialLaw;
 use hysteron_fem::{Embedding, FemModel};
 use nalgebra::Vector3;
 
@@ -13,7 +13,7 @@ const SIZE: [f64; 3] = [0.03, 0.02, 0.04];
 fn model(order: Order) -> FemModel {
     let mesh = box_mesh([3, 2, 4], SIZE, 0.25, order);
     let base = nodes_where(&mesh, |x| x[2] == 0.0);
-    FemModel::new(&mesh, material(Law::Corotational, 0.3), &base).unwrap()
+    FemModel::new(&mesh, material(MaterialLaw::Corotational, 0.3), &base).unwrap()
 }
 
 /// Points of the box, blown up about its centre by `factor`.

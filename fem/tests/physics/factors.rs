@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteron_base::Law;
+use hysteron_base::MaterialLaw;
 use hysteron_fem::{Error, FemModel, Stiffness, StiffnessPattern};
 
 use super::*;
@@ -13,7 +13,7 @@ const KINDS: [FactorKind; 2] = [FactorKind::Envelope, FactorKind::Supernodal];
 fn block(order: Order) -> FemModel {
     let mesh = box_mesh([2, 4, 5], [0.02, 0.04, 0.05], 0.2, order);
     let base = nodes_where(&mesh, |x| x[2] == 0.0);
-    let model = FemModel::new(&mesh, material(Law::Corotational, 0.4), &base).unwrap();
+    let model = FemModel::new(&mesh, material(MaterialLaw::Corotational, 0.4), &base).unwrap();
     assert_ne!(model.n_unknowns() % 16, 0);
     model
 }
@@ -21,7 +21,7 @@ fn block(order: Order) -> FemModel {
 fn robot(file: &str) -> FemModel {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../meshes/tpu80").join(file);
     let mesh = hysteron_fem::read_mesh(&path, 1e-3).unwrap();
-    FemModel::new(&mesh, material(Law::Corotational, 0.45), &mesh.groups["base"]).unwrap()
+    FemModel::new(&mesh, material(MaterialLaw::Corotational, 0.45), &mesh.groups["base"]).unwrap()
 }
 
 fn factor(k: &Stiffness, kind: FactorKind, model: &FemModel) -> StiffnessFactor {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use hysteron_base::Law;
+use hysteron_base::MaterialLaw;
 use hysteron_fem::FemModel;
 
 use super::*;
@@ -13,11 +13,11 @@ const SHIFT: Vector3<f64> = Vector3::new(0.5, -0.2, 0.1);
 const ACC: f64 = 1e-12;
 const ANGLES: [f64; 4] = [0.3, 1.7, 3.0, PI];
 
-fn models(laws: &[Law]) -> Vec<(String, FemModel)> {
+fn models(laws: &[MaterialLaw]) -> Vec<(String, FemModel)> {
     let mut models = Vec::new();
     for &law in laws {
         for order in ORDERS {
-            if law == Law::CorotationalEdges && order == Order::Quadratic {
+            if law == MaterialLaw::CorotationalEdges && order == Order::Quadratic {
                 continue;
             }
             let mesh = box_mesh([2, 2, 3], SIZE, 0.2, order);
@@ -34,7 +34,9 @@ const ENERGY_SCALE: f64 = YOUNG * SIZE[0] * SIZE[1] * SIZE[2];
 
 #[test]
 fn rigid_motion_costs_nothing() {
-    for (what, model) in models(&[Law::Corotational, Law::CorotationalEdges, Law::NeoHookean]) {
+    for (what, model) in
+        models(&[MaterialLaw::Corotational, MaterialLaw::CorotationalEdges, MaterialLaw::NeoHookean])
+    {
         for angle in ANGLES {
             let q = rotation(angle);
             let x = positions(&model, |x| q * x + SHIFT);
@@ -46,7 +48,7 @@ fn rigid_motion_costs_nothing() {
 
 #[test]
 fn small_strain_ignores_translations_but_not_rotations() {
-    for (what, model) in models(&[Law::SmallStrain]) {
+    for (what, model) in models(&[MaterialLaw::SmallStrain]) {
         let x = positions(&model, |x| x + SHIFT);
         assert_close(&what, model.energy(&x), 0.0, ACC, ENERGY_SCALE);
         assert_close(&what, max_norm(force(&model, &x).as_flattened()), 0.0, ACC, FORCE_SCALE);
@@ -58,7 +60,9 @@ fn small_strain_ignores_translations_but_not_rotations() {
 
 #[test]
 fn turning_a_deformed_body_turns_its_forces() {
-    for (what, model) in models(&[Law::Corotational, Law::CorotationalEdges, Law::NeoHookean]) {
+    for (what, model) in
+        models(&[MaterialLaw::Corotational, MaterialLaw::CorotationalEdges, MaterialLaw::NeoHookean])
+    {
         let x = shaken(&model, positions(&model, |x| x), 1e-3);
         let (energy, forces) = (model.energy(&x), force(&model, &x));
         assert!(energy > 1e-4 * ENERGY_SCALE);

@@ -12,7 +12,7 @@ mod patch;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use hysteron_base::{Law, Material, rng};
+use hysteron_base::{Material, MaterialLaw, rng};
 use hysteron_fem::{Cells, FactorKind, FemModel, Mesh, Order, Stiffness, StiffnessFactor, Tangent};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use rand::RngExt;
@@ -20,7 +20,8 @@ use rand::RngExt;
 pub const YOUNG: f64 = 2e5;
 pub const ORDERS: [Order; 2] = [Order::Linear, Order::Quadratic];
 /// Laws whose force is the gradient of their energy.
-pub const POTENTIALS: [Law; 3] = [Law::SmallStrain, Law::Corotational, Law::NeoHookean];
+pub const POTENTIALS: [MaterialLaw; 3] =
+    [MaterialLaw::SmallStrain, MaterialLaw::Corotational, MaterialLaw::NeoHookean];
 
 /// Fails unless `found` is `expected` within `acc * max(scale, |expected|)`; `TOL_SCALE=0` prints residuals.
 #[track_caller]
@@ -34,7 +35,7 @@ pub fn assert_close(what: &str, found: f64, expected: f64, acc: f64, scale: f64)
     assert!(residual <= tol, "{what}: {found:e}, expected {expected:e}: off by {residual:.3e} > {tol:.3e}");
 }
 
-pub fn material(law: Law, poisson_ratio: f64) -> Material {
+pub fn material(law: MaterialLaw, poisson_ratio: f64) -> Material {
     Material { law, youngs_modulus: YOUNG, poisson_ratio, density: 1200.0 }
 }
 

@@ -1,6 +1,6 @@
 //! A homogeneous deformation is reproduced exactly by any mesh with straight edges.
 
-use hysteron_base::Law;
+use hysteron_base::MaterialLaw;
 use hysteron_fem::{Embedding, FemModel, Order};
 use nalgebra::{Matrix3, Vector3};
 
@@ -10,7 +10,7 @@ const SIZE: [f64; 3] = [0.03, 0.02, 0.025];
 const SHIFT: Vector3<f64> = Vector3::new(0.01, -0.02, 0.03);
 
 /// Energy density and first Piola-Kirchhoff stress by the textbook, with the rotation from an SVD.
-fn textbook(law: Law, nu: f64, f: &Matrix3<f64>) -> (f64, Matrix3<f64>) {
+fn textbook(law: MaterialLaw, nu: f64, f: &Matrix3<f64>) -> (f64, Matrix3<f64>) {
     let (lambda, mu) = (YOUNG * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), YOUNG / (2.0 * (1.0 + nu)));
     let one = Matrix3::identity();
     let linear = |e: Matrix3<f64>| {
@@ -18,14 +18,14 @@ fn textbook(law: Law, nu: f64, f: &Matrix3<f64>) -> (f64, Matrix3<f64>) {
         (0.5 * stress.dot(&e), stress)
     };
     match law {
-        Law::SmallStrain => linear(0.5 * (f + f.transpose()) - one),
-        Law::Corotational | Law::CorotationalEdges => {
+        MaterialLaw::SmallStrain => linear(0.5 * (f + f.transpose()) - one),
+        MaterialLaw::Corotational | MaterialLaw::CorotationalEdges => {
             let svd = f.svd(true, true);
             let r = svd.u.unwrap() * svd.v_t.unwrap();
             let (energy, stress) = linear(r.transpose() * f - one);
             (energy, r * stress)
         }
-        Law::NeoHookean => {
+        MaterialLaw::NeoHookean => {
             let ln_j = f.determinant().ln();
             let energy = 0.5 * mu * (f.norm_squared() - 3.0) - mu * ln_j + 0.5 * lambda * ln_j * ln_j;
             (energy, mu * f + (lambda * ln_j - mu) * f.try_inverse().unwrap().transpose())
@@ -33,18 +33,18 @@ fn textbook(law: Law, nu: f64, f: &Matrix3<f64>) -> (f64, Matrix3<f64>) {
     }
 }
 
-fn model(law: Law, nu: f64, order: Order) -> FemModel {
+fn model(law: MaterialLaw, nu: f64, order: Order) -> FemModel {
     let mesh = box_mesh([3, 3, 3], SIZE, 0.25, order);
     FemModel::new(&mesh, material(law, nu), &mesh.groups["boundary"]).unwrap()
 }
 
 /// F for which the law must pass the patch test. Frames taken from edges differ between elements unless
 /// all directions stretch alike.
-fn deformation(law: Law) -> Matrix3<f64> {
+fn deformation(law: MaterialLaw) -> Matrix3<f64> {
     match law {
-        Law::CorotationalEdges => 1.15 * rotation(1.1),
+        MaterialLaw::CorotationalEdges => 1.15 * rotation(1.1),
         _ => {
-            rotation(if law == Law::SmallStrain { 0.0 } else { 1.1 })
+            rotation(if law == MaterialLaw::SmallStrain { 0.0 } else { 1.1 })
                 * (Matrix3::identity() + 0.2 * random_matrix("test/patch"))
         }
     }
@@ -55,8 +55,13 @@ fn homogeneous_deformation_gives_textbook_energy_and_stress() {
     // Some thousand additions of terms of the size E strain: round-off.
     const ACC: f64 = 1e-12;
     for order in ORDERS {
-        for law in [Law::SmallStrain, Law::Corotational, Law::CorotationalEdges, Law::NeoHookean] {
-            if law == Law::CorotationalEdges && order == Order::Quadratic {
+        for law in [
+            MaterialLaw::SmallStrain,
+            MaterialLaw::Corotational,
+            MaterialLaw::CorotationalEdges,
+            MaterialLaw::NeoHookean,
+        ] {
+            if law == MaterialLaw::CorotationalEdges && order == Order::Quadratic {
                 continue;
             }
             for nu in [0.0, 0.3, 0.49] {
@@ -113,7 +118,7 @@ fn boundary_displacement_alone_gives_the_homogeneous_deformation() {
 fn edge_frames_pass_the_patch_test_only_to_first_order() {
     // Doubling the strain must quadruple the residual (second order), not double it; higher orders of the
     // strain add a few per cent.
-    let model = model(Law::CorotationalEdges, 0.3, Order::Linear);
+    let model = model(MaterialLaw::CorotationalEdges, 0.3, Order::Linear);
     let residual = |strain: f64| {
         let f = rotation(0.7) * (Matrix3::identity() + strain * random_matrix("test/patch"));
         max_norm(&free(&model, &force(&model, &positions(&model, |x| f * x))))

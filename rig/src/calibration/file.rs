@@ -5,7 +5,7 @@ use crate::Result;
 use crate::bus::registers::StoredRegisters;
 use crate::config::{Direction, PULLEY_RADIUS_MM, RigConfig};
 use crate::tracker::Registration;
-use hysteron_base::schema::{Array, check_header, require, text, vector};
+use hysteron_base::schema::{FixedArray, check_header, require, text, vector};
 use hysteron_base::{BadInput, file};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -54,8 +54,8 @@ struct ChannelFile {
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RegistrationFile {
-    rotation_wxyz: Array<f64, 4>,
-    translation_mm: Array<f64, 3>,
+    rotation_wxyz: FixedArray<f64, 4>,
+    translation_mm: FixedArray<f64, 3>,
     residual_deg: f64,
 }
 
@@ -151,8 +151,8 @@ impl Calibration {
             rig: self.rig.clone(),
             channel: self.typed_channels(),
             registration: self.registration.map(|found| RegistrationFile {
-                rotation_wxyz: Array(found.rotation()),
-                translation_mm: Array(found.translation().map(|x| 1e3 * x)),
+                rotation_wxyz: FixedArray(found.rotation()),
+                translation_mm: FixedArray(found.translation().map(|x| 1e3 * x)),
                 residual_deg: self.registration_residual.to_degrees(),
             }),
         };

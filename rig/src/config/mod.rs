@@ -5,7 +5,7 @@ mod schema;
 use crate::Result;
 use crate::bus::model::{ServoModel, XL430_W250};
 use crate::bus::{ServoBounds, xl430};
-use hysteron_base::schema::{Array, check_header, count, require, text, vector};
+use hysteron_base::schema::{FixedArray, check_header, count, require, text, vector};
 use hysteron_base::{BadInput, file};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -43,7 +43,7 @@ pub(crate) fn above_zero(key: &str, typed: f64, high: f64) -> Check<f64> {
 }
 
 /// A point that a tracker can see.
-fn point(key: &str, typed: Array<f64, 3>) -> Check<[f64; 3]> {
+fn point(key: &str, typed: FixedArray<f64, 3>) -> Check<[f64; 3]> {
     let furthest = FURTHEST_MM.1;
     for (axis, x) in typed.0.into_iter().enumerate() {
         within(key, x, -furthest, furthest)

@@ -1,7 +1,7 @@
 //! A rig file exactly as typed: one field per key, units still in the names. Only `config/mod.rs` reads these.
 
 use super::{AtEnd, Direction, ServoMode};
-use hysteron_base::schema::Array;
+use hysteron_base::schema::FixedArray;
 use serde::Deserialize;
 
 #[derive(Debug, Deserialize)]
@@ -50,7 +50,7 @@ pub(super) struct Tracker {
     pub latency_ms: f64,
     pub stale_ms: f64,
     pub speed_max_mm_s: f64,
-    pub tip_rest_mm: Array<f64, 3>,
+    pub tip_rest_mm: FixedArray<f64, 3>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -66,8 +66,8 @@ pub(super) struct Limits {
     pub temperature_max_degc: f64,
     pub voltage_min_v: f64,
     pub voltage_max_v: f64,
-    pub tip_min_mm: Array<f64, 3>,
-    pub tip_max_mm: Array<f64, 3>,
+    pub tip_min_mm: FixedArray<f64, 3>,
+    pub tip_max_mm: FixedArray<f64, 3>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -1,7 +1,7 @@
 //! A virtual arm exactly as typed: one field per key, units still in the names; and every bound.
 
 use hysteron_base::BadInput;
-use hysteron_base::schema::{Array, between, check_header, text, vector_within, within};
+use hysteron_base::schema::{FixedArray, between, check_header, text, vector_within, within};
 use nalgebra::{Matrix3, Unit, Vector3};
 use serde::Deserialize;
 
@@ -19,8 +19,8 @@ pub(super) struct ArmFile {
     version: i64,
     name: String,
     step_ms: f64,
-    gravity_m_s2: Array<f64, 3>,
-    tip_mm: Array<f64, 3>,
+    gravity_m_s2: FixedArray<f64, 3>,
+    tip_mm: FixedArray<f64, 3>,
     links: Vec<LinkTable>,
     servo: ServoTable,
     gripper: GripperTable,
@@ -33,13 +33,13 @@ pub(super) struct ArmFile {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct LinkTable {
-    origin_mm: Array<f64, 3>,
-    axis: Array<f64, 3>,
-    range_deg: Array<f64, 2>,
+    origin_mm: FixedArray<f64, 3>,
+    axis: FixedArray<f64, 3>,
+    range_deg: FixedArray<f64, 2>,
     mass_kg: f64,
-    centre_mm: Array<f64, 3>,
+    centre_mm: FixedArray<f64, 3>,
     /// About the centre: xx, yy, zz, xy, xz, yz.
-    inertia_kg_m2: Array<f64, 6>,
+    inertia_kg_m2: FixedArray<f64, 6>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -8,7 +8,7 @@ use super::linear::{
     IDENTITY, Lu, M3, V3, about_z, add, apply, apply_transposed, cross, dot, product, quaternion, scale, sub,
 };
 use super::section::Section;
-use hysteron_actuator::{Prony, PronyStep, Tendon, TendonTrial};
+use hysteron_actuator::{Prony, PronyStep, TendonModel, TendonTrial};
 
 /// Whether a factor of the tangent is used for more than one iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,7 +58,7 @@ pub(crate) struct Body {
     /// Elastic strains of the Maxwell elements (n_sections × 4 × n_terms).
     pub(super) elastic: Vec<f64>,
     /// First segment outside of the body, the others one per section.
-    pub(crate) tendons: Vec<Tendon>,
+    pub(crate) tendons: Vec<TendonModel>,
     /// Strokes less slack in the last step (n_tendons) [m].
     pub(crate) pulled: Vec<f64>,
     /// Work that creep has turned into heat so far [J].
@@ -119,7 +119,7 @@ struct Segment {
 
 impl Body {
     /// A body at rest with `tendons` that have as many segments as it has sections, and one more.
-    pub(crate) fn new(spec: BodySpec, tendons: Vec<Tendon>) -> Self {
+    pub(crate) fn new(spec: BodySpec, tendons: Vec<TendonModel>) -> Self {
         let n = spec.n_sections;
         let section = spec.length / n as f64;
         let to_axes = about_z(-spec.axes_angle);
@@ -136,7 +136,7 @@ impl Body {
             segments: vec![Segment::default(); n * guides.len()],
             lengths: tendons.iter().map(|tendon| tendon.spec.rest_lengths.clone()).collect(),
             wraps: tendons.iter().map(|tendon| vec![0.0; tendon.n_segments() + 1]).collect(),
-            trials: tendons.iter().map(Tendon::trial).collect(),
+            trials: tendons.iter().map(TendonModel::trial).collect(),
             nodes: vec![(IDENTITY, [0.0; 3]); n + 1],
             turns: vec![[[0.0; 3]; 4]; n],
             shifts: vec![[[0.0; 3]; 4]; n],
@@ -442,7 +442,7 @@ impl Body {
             energy -= dot(self.node_force, *p);
         }
         energy -= dot(self.tip_force, self.work.nodes[self.spec.n_sections].1);
-        energy + self.tendons.iter().map(Tendon::stored_energy).sum::<f64>()
+        energy + self.tendons.iter().map(TendonModel::stored_energy).sum::<f64>()
     }
 
     /// Makes the trial strains the present ones, after a step of `h` [s].

@@ -2,7 +2,7 @@
 
 use hysteron_base::BadInput;
 use hysteron_base::believed::on_a_bench;
-use hysteron_base::schema::Array;
+use hysteron_base::schema::FixedArray;
 use hysteron_base::units::Unit;
 
 pub(super) type Check<T> = std::result::Result<T, BadInput>;
@@ -35,7 +35,7 @@ pub(super) fn not_negative(key: &str, typed: f64) -> Check<f64> {
     require(key, "a finite number >= 0", typed, typed >= 0.0)
 }
 
-pub(super) fn vector<const N: usize>(key: &str, typed: Array<f64, N>) -> Check<[f64; N]> {
+pub(super) fn vector<const N: usize>(key: &str, typed: FixedArray<f64, N>) -> Check<[f64; N]> {
     let mut si = [0.0; N];
     for (i, x) in typed.0.into_iter().enumerate() {
         si[i] = finite(&format!("{key}[{i}]"), x)?;

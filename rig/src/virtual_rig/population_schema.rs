@@ -3,7 +3,7 @@
 use super::bounds::{Check, not_negative, require};
 use super::population::{Population, Ranges, Spread};
 use hysteron_base::BadInput;
-use hysteron_base::schema::Array;
+use hysteron_base::schema::FixedArray;
 use serde::Deserialize;
 
 #[derive(Debug, Deserialize)]
@@ -24,22 +24,22 @@ pub(super) struct SpreadFile {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RangesFile {
-    stiffness_factor: Array<f64, 2>,
-    bending_ratio: Array<f64, 2>,
-    section_factor: Array<f64, 2>,
-    natural_curvature_1_m: Array<f64, 2>,
-    creep_factor: Array<f64, 2>,
-    guide_offset_mm: Array<f64, 2>,
-    guide_angle_deg: Array<f64, 2>,
-    tendon_stiffness_factor: Array<f64, 2>,
-    friction_factor: Array<f64, 2>,
-    presliding_mm: Array<f64, 2>,
-    play_mm: Array<f64, 2>,
-    zero_error_mm: Array<f64, 2>,
-    slack_tendon_mm: Array<f64, 2>,
-    pulley_factor: Array<f64, 2>,
-    servo_friction_factor: Array<f64, 2>,
-    tracker_position_mm: Array<f64, 2>,
+    stiffness_factor: FixedArray<f64, 2>,
+    bending_ratio: FixedArray<f64, 2>,
+    section_factor: FixedArray<f64, 2>,
+    natural_curvature_1_m: FixedArray<f64, 2>,
+    creep_factor: FixedArray<f64, 2>,
+    guide_offset_mm: FixedArray<f64, 2>,
+    guide_angle_deg: FixedArray<f64, 2>,
+    tendon_stiffness_factor: FixedArray<f64, 2>,
+    friction_factor: FixedArray<f64, 2>,
+    presliding_mm: FixedArray<f64, 2>,
+    play_mm: FixedArray<f64, 2>,
+    zero_error_mm: FixedArray<f64, 2>,
+    slack_tendon_mm: FixedArray<f64, 2>,
+    pulley_factor: FixedArray<f64, 2>,
+    servo_friction_factor: FixedArray<f64, 2>,
+    tracker_position_mm: FixedArray<f64, 2>,
 }
 
 /// One of the two.
@@ -71,10 +71,11 @@ fn spread(typed: &SpreadFile) -> Check<Spread> {
 }
 
 fn ranges(typed: &RangesFile) -> Check<Ranges> {
-    let any = |key: &str, ends: Array<f64, 2>| range(key, ends, "smallest <= largest", |_| true);
-    let positive = |key: &str, ends: Array<f64, 2>| range(key, ends, "0 < smallest <= largest", |x| x > 0.0);
+    let any = |key: &str, ends: FixedArray<f64, 2>| range(key, ends, "smallest <= largest", |_| true);
+    let positive =
+        |key: &str, ends: FixedArray<f64, 2>| range(key, ends, "0 < smallest <= largest", |x| x > 0.0);
     let not_negative =
-        |key: &str, ends: Array<f64, 2>| range(key, ends, "0 <= smallest <= largest", |x| x >= 0.0);
+        |key: &str, ends: FixedArray<f64, 2>| range(key, ends, "0 <= smallest <= largest", |x| x >= 0.0);
     Ok(Ranges {
         stiffness: positive("stiffness_factor", typed.stiffness_factor)?,
         bending_ratio: positive("bending_ratio", typed.bending_ratio)?,
@@ -98,7 +99,7 @@ fn ranges(typed: &RangesFile) -> Check<Ranges> {
 /// Two ends in order, in SI, each of which `holds`.
 fn range(
     key: &str,
-    Array([min, max]): Array<f64, 2>,
+    FixedArray([min, max]): FixedArray<f64, 2>,
     expected: &str,
     holds: fn(f64) -> bool,
 ) -> Check<[f64; 2]> {

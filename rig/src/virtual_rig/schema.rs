@@ -5,7 +5,7 @@ use super::population_schema::{RangesFile, SpreadFile, population};
 use super::robot::{BodyParameters, ServoParameters, TendonParameters, TrackerParameters, VirtualRobot};
 use hysteron_actuator::{FrictionLaw, Prony, ServoSpec, Stribeck};
 use hysteron_base::BadInput;
-use hysteron_base::schema::Array;
+use hysteron_base::schema::FixedArray;
 use serde::Deserialize;
 
 const FORMAT: &str = "hysteron-virtual-rig";
@@ -33,18 +33,18 @@ pub(super) struct RobotFile {
 struct Body {
     length_mm: f64,
     sections: i64,
-    bending_stiffness_n_m2: Array<f64, 2>,
+    bending_stiffness_n_m2: FixedArray<f64, 2>,
     principal_axes_deg: f64,
     /// Every section as stiff as the body where absent.
     section_stiffness: Option<Vec<f64>>,
     torsional_stiffness_n_m2: f64,
     axial_stiffness_n: f64,
-    natural_curvature_1_m: Array<f64, 2>,
+    natural_curvature_1_m: FixedArray<f64, 2>,
     creep_weights: Vec<f64>,
     creep_times_s: Vec<f64>,
     mass_kg: f64,
-    gravity_m_s2: Array<f64, 3>,
-    tip_load_n: Array<f64, 3>,
+    gravity_m_s2: FixedArray<f64, 3>,
+    tip_load_n: FixedArray<f64, 3>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -53,7 +53,7 @@ struct Tendons {
     radius_mm: f64,
     angles_deg: Vec<f64>,
     /// Where radius and angle say where absent.
-    offsets_mm: Option<Vec<Array<f64, 2>>>,
+    offsets_mm: Option<Vec<FixedArray<f64, 2>>>,
     axial_stiffness_n: f64,
     transmission_length_mm: f64,
     friction_coefficient: f64,
@@ -109,8 +109,8 @@ struct Tracker {
     latency_ms: f64,
     latency_jitter_ms: f64,
     dropout_probability: f64,
-    robot_position_mm: Array<f64, 3>,
-    robot_rotation_deg: Array<f64, 3>,
+    robot_position_mm: FixedArray<f64, 3>,
+    robot_rotation_deg: FixedArray<f64, 3>,
 }
 
 impl RobotFile {
@@ -178,7 +178,7 @@ fn tendons(typed: Tendons) -> Check<TendonParameters> {
     let each = |key: &str, values: Vec<f64>| -> Check<Vec<f64>> {
         values.into_iter().enumerate().map(|(k, x)| finite(&format!("{key}[{k}]"), x)).collect()
     };
-    let offsets = typed.offsets_mm.unwrap_or_else(|| vec![Array([0.0; 2]); n]);
+    let offsets = typed.offsets_mm.unwrap_or_else(|| vec![FixedArray([0.0; 2]); n]);
     same_count("tendons.offsets_mm", n, offsets.len())?;
     let offset = |(k, offset)| vector(&format!("tendons.offsets_mm[{k}]"), offset);
     let zero_errors = typed.zero_errors_mm.unwrap_or_else(|| vec![0.0; n]);

@@ -9,7 +9,9 @@ use super::equilibrium::StepReport;
 use super::robot::VirtualRobot;
 use super::sensor::{TrackedPose, Tracker};
 use crate::{Pose, Quality};
-use hysteron_actuator::{Gains, Load, Play, Servo, ServoCommand, ServoSpec, Stribeck, Tendon, TendonSpec};
+use hysteron_actuator::{
+    DriveLoad, Gains, Play, Servo, ServoCommand, ServoSpec, Stribeck, TendonModel, TendonSpec,
+};
 use hysteron_base::rng;
 use rand::RngExt;
 use std::f64::consts::{PI, TAU};
@@ -157,7 +159,7 @@ impl World {
     fn tick(&mut self) {
         for (k, servo) in self.servos.iter_mut().enumerate() {
             let pull = self.robot.as_ref().map_or(0.0, |robot| robot.torque(k));
-            servo.step(&self.commands[k], Load::torque(pull + self.disturbances[k]), TICK);
+            servo.step(&self.commands[k], DriveLoad::torque(pull + self.disturbances[k]), TICK);
         }
         let time = self.ticks as f64 * TICK;
         if let Some(robot) = &mut self.robot
@@ -315,7 +317,7 @@ impl Robot {
             guides: guides.collect(),
             base_wrap: tendons.base_wrap,
         };
-        let all = tendons.angles.iter().map(|_| Tendon::of_valid(spec.clone())).collect();
+        let all = tendons.angles.iter().map(|_| TendonModel::of_valid(spec.clone())).collect();
         let mut body = Body::new(spec_of_body, all);
         let mut counts = BalanceCounts::default();
         let pulled: Vec<f64> = tendons.slack.iter().map(|slack| -slack).collect();

@@ -15,8 +15,8 @@ use hysteron_fuzz::checkpoint::{other_weights, resealed, reweighted};
 use hysteron_fuzz::text::{slipped, slips};
 use hysteron_fuzz::{damaged, damages, drive};
 use hysteron_learn::{
-    Activation, Architecture, ChannelRange, Checkpoint, Head, Network, Normaliser, SequenceOptions, Session,
-    Training, WindowOptions,
+    Activation, Architecture, ChannelRange, Checkpoint, HeadActivation, Network, Normaliser, SequenceOptions,
+    Training, TrainingSession, WindowOptions,
 };
 use hysteron_twin::residual::ResidualModel;
 
@@ -47,16 +47,16 @@ fn inverse() -> ([Vec<u8>; 3], Network) {
     let training = case.path.with_extension("training");
     // Ended after its first epoch, it leaves the file to go on from.
     let mut n_calls = 0;
-    let mut once = |progress: &hysteron_learn::Progress| {
-        n_calls += usize::from(matches!(progress, hysteron_learn::Progress::Epoch(_)));
+    let mut once = |progress: &hysteron_learn::TrainingProgress| {
+        n_calls += usize::from(matches!(progress, hysteron_learn::TrainingProgress::Epoch(_)));
         n_calls == 0
     };
-    let mut session = Session { file: Some(&training), progress: &mut once };
+    let mut session = TrainingSession { file: Some(&training), progress: &mut once };
     let options = RecurrentOptions { learning: SequenceOptions { epochs: 2, ..learning }, ..default };
     let model = fit_recurrent(&data, &options, &mut session).unwrap().model;
     model.write(&case.path).unwrap();
     let recurrent = std::fs::read(&case.path).unwrap();
-    let mut session = Session { file: None, progress: &mut |_| true };
+    let mut session = TrainingSession { file: None, progress: &mut |_| true };
     let options =
         WindowOptions { hidden: 4, epochs: 1, window: 5, stride: 50, ..hysteron_control::inverse::PUBLISHED };
     fit_windowed(&data, &options, &mut session).unwrap().model.write(&case.path).unwrap();
@@ -67,8 +67,14 @@ fn inverse() -> ([Vec<u8>; 3], Network) {
 fn residual() -> Vec<u8> {
     let range = |name: String| ChannelRange { name, min: -1.0, max: 1.0 };
     let inputs = ["stroke_1_m", "stroke_2_m", "tip_x_m", "tip_y_m", "tip_z_m"].map(str::to_owned);
-    let architecture =
-        Architecture { inputs: 5, hidden: 4, layers: 1, outputs: 2, head: Head::Tanh, dropout: 0.1 };
+    let architecture = Architecture {
+        inputs: 5,
+        hidden: 4,
+        layers: 1,
+        outputs: 2,
+        head: HeadActivation::Tanh,
+        dropout: 0.1,
+    };
     let checkpoint = Checkpoint {
         kind: "residual".to_owned(),
         network: Network::new(&architecture, 1).unwrap(),

@@ -1,7 +1,7 @@
 //! Meshes, and states of a twin on one.
 
 use hysteron_base::Scene;
-use hysteron_fem::{Encoding, Layers, Order, Tube, check_mesh, read_mesh, write_mesh};
+use hysteron_fem::{Layers, MshEncoding, Order, Tube, check_mesh, read_mesh, write_mesh};
 use hysteron_fuzz::text::{slipped, slips};
 use hysteron_fuzz::{damaged, damages, drive};
 use hysteron_tests::root;
@@ -10,7 +10,7 @@ use hysteron_twin::{Twin, TwinState};
 use super::{Case, MEMORY_MAX, refused};
 
 /// The bytes of a small mesh.
-fn mesh(order: Order, encoding: Encoding) -> Vec<u8> {
+fn mesh(order: Order, encoding: MshEncoding) -> Vec<u8> {
     let tube = Tube {
         profile: vec![[0.0, 5e-3], [10e-3, 5e-3]],
         bore_radius: 0.0,
@@ -41,7 +41,7 @@ fn read(case: &Case, bytes: &[u8]) {
 
 #[test]
 fn no_slip_in_a_mesh_does_harm() {
-    let (case, bytes) = (Case::new("a.msh"), mesh(Order::Linear, Encoding::Ascii));
+    let (case, bytes) = (Case::new("a.msh"), mesh(Order::Linear, MshEncoding::Ascii));
     let text = String::from_utf8(bytes).unwrap();
     drive("mesh, text", 2000, MEMORY_MAX, slips(), |slips| read(&case, slipped(&text, &slips).as_bytes()));
 }
@@ -49,7 +49,7 @@ fn no_slip_in_a_mesh_does_harm() {
 #[test]
 fn no_damage_to_a_mesh_does_harm() {
     for order in [Order::Linear, Order::Quadratic] {
-        let (case, bytes) = (Case::new("a.msh"), mesh(order, Encoding::Binary));
+        let (case, bytes) = (Case::new("a.msh"), mesh(order, MshEncoding::Binary));
         let name = format!("mesh, binary, {order:?}");
         drive(&name, 1000, MEMORY_MAX, damages(), |damages| read(&case, &damaged(&bytes, &damages)));
     }

@@ -4,11 +4,11 @@ use hysteron_base::{BadInput, Bounds};
 
 use crate::model::{Target, Twin};
 use crate::step::Stepper;
-use crate::{Result, TendonSpec};
+use crate::{Result, TwinTendon};
 
 /// Limits of the auxiliary tendons of a twin, in strokes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Auxiliary {
+pub struct AuxiliaryLimits {
     /// Stroke that one newton makes on the straight body, other tensions unchanged (n_aux) [m/N].
     pub compliances: Vec<f64>,
     /// Bounds of stroke and tension together (n_aux) [m]; zero is allowed.
@@ -19,7 +19,7 @@ pub struct Auxiliary {
     tensions: Vec<Bounds>,
 }
 
-impl Auxiliary {
+impl AuxiliaryLimits {
     /// The auxiliary tendons of `twin`.
     ///
     /// # Errors
@@ -64,7 +64,7 @@ impl Auxiliary {
 }
 
 /// Strokes that keep stroke and tension of a tendon within its bounds.
-fn within(tendon: &TendonSpec, compliance: f64) -> std::result::Result<Bounds, BadInput> {
+fn within(tendon: &TwinTendon, compliance: f64) -> std::result::Result<Bounds, BadInput> {
     let bounds = Bounds {
         min: tendon.stroke.min.max(tendon.tension.min * compliance),
         max: tendon.stroke.max.min(tendon.tension.max * compliance),

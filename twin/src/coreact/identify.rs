@@ -3,13 +3,13 @@
 use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, json};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 
-use super::problem::{Answer, Linearised, Problem, Sample, allowed, bound_of};
+use super::problem::{AuxiliaryProblem, LinearisedTip, SampleSolution, WeightedSample, allowed, bound_of};
 use super::sensitivity::sensitivity;
-use super::{Auxiliary, Bound, Spread, Summary};
+use super::{AuxiliaryLimits, Bound, DistanceSummary, IdentificationSummary};
 use crate::friction_points::FrictionPoints;
 use crate::model::{Target, Twin};
 use crate::motion::Motion;
-use crate::plant::{Plant, Uncorrected};
+use crate::plant::{PhysicsTwin, Plant};
 use crate::step::{FrictionMemory, Stepper};
 use crate::{Error, Result, TwinState};
 use hysteron_fit::qp::{BoxedRows, QpStatus, RowQp};
@@ -37,7 +37,7 @@ impl Default for IdentifyOptions {
 
 /// Where the tip was measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Goal {
+pub struct TipMeasurement {
     /// Position [m].
     pub position: [f64; 3],
     /// Rotation since rest.
@@ -46,7 +46,7 @@ pub struct Goal {
 
 /// Result of a sample.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Step {
+pub struct IdentifiedSample {
     /// Tip of the body [m].
     pub tip: [f64; 3],
     /// Distance from the goal of the tip that the twin reports [m]; zero without one.
@@ -65,7 +65,12 @@ pub trait AuxiliaryPolicy {
     ///
     /// # Errors
     /// Those of [`Stepper::step`].
-    fn step(&mut self, primary: &[f64], goal: Option<&Goal>, duration: f64) -> Result<Step>;
+    fn step(
+        &mut self,
+        primary: &[f64],
+        goal: Option<&TipMeasurement>,
+        duration: f64,
+    ) -> Result<IdentifiedSample>;
 
     /// Auxiliary strokes now (n_aux) [m].
     fn strokes(&self) -> &[f64];
@@ -79,7 +84,7 @@ pub trait AuxiliaryPolicy {
 #[derive(Debug)]
 pub struct Identifier<'a> {
     twin: &'a Twin,
-    auxiliary: &'a Auxiliary,
+    auxiliary: &'a AuxiliaryLimits,
     options: IdentifyOptions,
     stepper: Stepper,
     /// Auxiliary strokes now (n_aux) [m].
@@ -89,12 +94,12 @@ pub struct Identifier<'a> {
     length: f64,
     /// Friction and backlash at the sample before: every round of a sample starts from there.
     memory: FrictionMemory,
-    problem: Problem,
+    problem: AuxiliaryProblem,
 }
 
 impl<'a> Identifier<'a> {
     /// Starts from rest, all auxiliary strokes zero.
-    pub fn new(twin: &'a Twin, auxiliary: &'a Auxiliary, options: IdentifyOptions) -> Self {
+    pub fn new(twin: &'a Twin, auxiliary: &'a AuxiliaryLimits, options: IdentifyOptions) -> Self {
         Self {
             twin,
             auxiliary,
@@ -104,7 +109,7 @@ impl<'a> Identifier<'a> {
             targets: Vec::new(),
             length: 1e-3 * twin.cables.longest(),
             memory: FrictionMemory::default(),
-            problem: Problem::new(twin),
+            problem: AuxiliaryProblem::new(twin),
         }
     }
 
@@ -131,14 +136,20 @@ impl<'a> Identifier<'a> {
 
     /// The auxiliary strokes for this sample, by the twin linearised where it is now; `None` where there is no
     /// stiffness to linearise.
-    fn solve(&mut self, primary: &[f64], goal: &Goal, allowed: &[Bounds]) -> Option<Answer> {
+    fn solve(
+        &mut self,
+        primary: &[f64],
+        goal: &TipMeasurement,
+        allowed: &[Bounds],
+    ) -> Option<SampleSolution> {
         let weight = self.weight(goal);
         let error = self.error(goal);
         self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
         let conditions = self.stepper.conditions(self.twin, &self.targets, &self.memory)?;
         self.problem.set_conditions(self.twin, &conditions);
-        let at = Linearised::new(self.twin, self.auxiliary, conditions.projection, conditions.state, weight);
-        let sample = Sample {
+        let at =
+            LinearisedTip::new(self.twin, self.auxiliary, conditions.projection, conditions.state, weight);
+        let sample = WeightedSample {
             error: &error,
             strokes: &self.strokes,
             allowed,
@@ -148,8 +159,8 @@ impl<'a> Identifier<'a> {
         self.problem.solve(&at, &sample)
     }
 
-    /// From the tip to the goal, as the rows of [`Linearised`].
-    fn error(&self, goal: &Goal) -> Vec<f64> {
+    /// From the tip to the goal, as the rows of [`LinearisedTip`].
+    fn error(&self, goal: &TipMeasurement) -> Vec<f64> {
         let tip = self.twin.tip_of(self.state());
         let mut error: Vec<f64> = (0..3).map(|c| goal.position[c] - tip[c]).collect();
         if let (Some(weight), Some(orientation)) = (self.weight(goal), goal.orientation) {
@@ -160,18 +171,24 @@ impl<'a> Identifier<'a> {
     }
 
     /// Weight of a radian [m], where the orientation counts.
-    fn weight(&self, goal: &Goal) -> Option<f64> {
+    fn weight(&self, goal: &TipMeasurement) -> Option<f64> {
         self.options.orientation.filter(|_| goal.orientation.is_some())
     }
 
-    fn distance(&self, goal: &Goal) -> f64 {
+    fn distance(&self, goal: &TipMeasurement) -> f64 {
         distance(goal.position, self.twin.tip_of(self.state()))
     }
 }
 
 impl AuxiliaryPolicy for Identifier<'_> {
-    fn step(&mut self, primary: &[f64], goal: Option<&Goal>, duration: f64) -> Result<Step> {
-        let mut done = Step { tip: [0.0; 3], distance: 0.0, statuses: Vec::new(), bounds: Vec::new() };
+    fn step(
+        &mut self,
+        primary: &[f64],
+        goal: Option<&TipMeasurement>,
+        duration: f64,
+    ) -> Result<IdentifiedSample> {
+        let mut done =
+            IdentifiedSample { tip: [0.0; 3], distance: 0.0, statuses: Vec::new(), bounds: Vec::new() };
         let allowed = allowed(self.auxiliary, &self.strokes, duration);
         self.stepper.memory_into(&mut self.memory);
         // At rest nothing is in balance yet: there is nothing to linearise.
@@ -227,7 +244,7 @@ pub struct Identification {
     /// ∂tip/∂s*, `sensitivity_x_kk_ratio`.. [-], every 5th sample.
     pub sensitivities: Recording,
     /// Counts and residuals.
-    pub summary: Summary,
+    pub summary: IdentificationSummary,
 }
 
 /// Takes `policy`, which is at rest, through all samples of a motion. `on_sample` is called after each and ends the
@@ -244,15 +261,15 @@ pub fn identify(
 ) -> Result<Option<Identification>> {
     let n = motion.len();
     let n_aux = policy.strokes().len();
-    let mut uncorrected = Uncorrected::new(twin);
-    let mut summary = Summary { samples: n, ..Summary::default() };
+    let mut uncorrected = PhysicsTwin::new(twin);
+    let mut summary = IdentificationSummary { samples: n, ..IdentificationSummary::default() };
     let (mut before, mut after) = (Vec::with_capacity(n), Vec::with_capacity(n));
-    let mut columns = Columns::default();
-    let mut sensitivities = Columns::default();
+    let mut columns = ResultColumns::default();
+    let mut sensitivities = ResultColumns::default();
     for i in 0..n {
         let primary = motion.strokes_at(i);
         let orientation = motion.orientations.as_ref().map(|orientations| orientations[i]);
-        let goal = (!motion.gap[i]).then_some(Goal { position: motion.tips[i], orientation });
+        let goal = (!motion.gap[i]).then_some(TipMeasurement { position: motion.tips[i], orientation });
         let step = policy.step(primary, goal.as_ref(), motion.step).map_err(|error| in_row(i, error))?;
         let without = uncorrected.step(primary).map_err(|error| in_row(i, error))?.tip;
         if let Some(goal) = goal {
@@ -274,8 +291,8 @@ pub fn identify(
             return Ok(None);
         }
     }
-    summary.before = Spread::of(before);
-    summary.after = Spread::of(after);
+    summary.before = DistanceSummary::of(before);
+    summary.after = DistanceSummary::of(after);
     summary.share_at_bound = summary.share_at_bound.map(|count| count / (n * n_aux) as f64);
     let summary_json = json::to_line(&summary).unwrap_or_default();
     meta.extra.insert("identify.summary".to_owned(), summary_json);
@@ -289,11 +306,11 @@ pub fn identify(
 
 /// Rows that become channels.
 #[derive(Debug, Default)]
-struct Columns {
+struct ResultColumns {
     values: Vec<Vec<f64>>,
 }
 
-impl Columns {
+impl ResultColumns {
     fn push<'a>(&mut self, row: impl Iterator<Item = &'a f64>) {
         for (k, value) in row.enumerate() {
             if self.values.len() == k {

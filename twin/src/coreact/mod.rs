@@ -12,10 +12,12 @@ mod problem;
 mod sensitivity;
 mod summary;
 
-pub use auxiliary::Auxiliary;
+pub use auxiliary::AuxiliaryLimits;
 pub(crate) use identify::distance;
-pub use identify::{AuxiliaryPolicy, Goal, Identification, Identifier, IdentifyOptions, Step, identify};
+pub use identify::{
+    AuxiliaryPolicy, Identification, IdentifiedSample, Identifier, IdentifyOptions, TipMeasurement, identify,
+};
 pub use problem::Bound;
 pub(crate) use problem::allowed as allowed_strokes;
 pub(crate) use sensitivity::sensitivity;
-pub use summary::{Spread, Summary};
+pub use summary::{DistanceSummary, IdentificationSummary};

@@ -9,11 +9,11 @@
 use hysteron_base::Bounds;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::Auxiliary;
+use super::AuxiliaryLimits;
 use crate::model::Twin;
 use crate::projection::Projection;
 use crate::state::TwinState;
-use crate::step::Conditions;
+use crate::step::LinearisedStep;
 use hysteron_fit::qp::{Activity, BoxQp, BoxedRows, QpStatus};
 
 /// A bound that an auxiliary stroke can stand at.
@@ -37,7 +37,7 @@ const SMALLEST_PART: f64 = 1.0 / 16.0;
 
 /// The tip and the cables at an equilibrium, linearised.
 #[derive(Debug, Clone)]
-pub(super) struct Linearised {
+pub(super) struct LinearisedTip {
     /// W of the cables that are not auxiliary, in their order [m/N].
     among: DMatrix<f64>,
     /// Their strokes by auxiliary strokes (n_others × n_aux) [-].
@@ -49,7 +49,7 @@ pub(super) struct Linearised {
 }
 
 /// The tip as a linear function of the changes of auxiliary strokes.
-pub(super) struct Response {
+pub(super) struct StrokeResponse {
     /// d: where the tip goes without a change (rows) [m].
     pub offset: DVector<f64>,
     /// G (rows × n_aux) [-].
@@ -83,11 +83,11 @@ impl Cost {
     }
 }
 
-impl Linearised {
+impl LinearisedTip {
     /// The tip's rows are its displacement, and where `orientation` gives the weight of a turn [m], its turn too.
     pub fn new(
         twin: &Twin,
-        auxiliary: &Auxiliary,
+        auxiliary: &AuxiliaryLimits,
         projection: &Projection,
         state: &TwinState,
         orientation: Option<f64>,
@@ -117,12 +117,12 @@ impl Linearised {
         held: &[usize],
         stroke_residual: &[f64],
         increments: &DVector<f64>,
-    ) -> Option<Response> {
+    ) -> Option<StrokeResponse> {
         let among = self.among.select_rows(held);
         let factor: Cholesky<f64, Dyn> = among.select_columns(held).cholesky()?;
         let left = DVector::from_fn(held.len(), |a, _| stroke_residual[held[a]]) - &among * increments;
         let tip = self.by_others.select_columns(held);
-        Some(Response {
+        Some(StrokeResponse {
             offset: &self.by_others * increments + &tip * factor.solve(&left),
             gain: &self.by_strokes - &tip * factor.solve(&self.coupling.select_rows(held)),
         })
@@ -135,7 +135,7 @@ pub(super) fn others(twin: &Twin) -> impl Iterator<Item = usize> {
 }
 
 /// Goal, strokes and weights of a sample, next to the linearised twin.
-pub(super) struct Sample<'a> {
+pub(super) struct WeightedSample<'a> {
     /// From the tip to its goal, as the tip rows [m].
     pub error: &'a [f64],
     /// Auxiliary strokes now (n_aux) [m].
@@ -149,7 +149,7 @@ pub(super) struct Sample<'a> {
 }
 
 /// Solution of a sample.
-pub(super) struct Answer {
+pub(super) struct SampleSolution {
     /// Auxiliary strokes, within what is allowed (n_aux) [m].
     pub strokes: Vec<f64>,
     /// How far the tip will be from its goal then, as the tip rows [m].
@@ -159,7 +159,7 @@ pub(super) struct Answer {
 
 /// Solves samples; scratch.
 #[derive(Debug, Clone)]
-pub(super) struct Problem {
+pub(super) struct AuxiliaryProblem {
     /// Tensions of the other cables under given auxiliary strokes.
     contact: BoxQp,
     /// The QP of the strokes that was solved last.
@@ -172,7 +172,7 @@ pub(super) struct Problem {
     increments: Vec<f64>,
 }
 
-impl Problem {
+impl AuxiliaryProblem {
     pub fn new(twin: &Twin) -> Self {
         let n = others(twin).count();
         Self {
@@ -186,7 +186,7 @@ impl Problem {
     }
 
     /// Takes over what the other cables have to meet.
-    pub fn set_conditions(&mut self, twin: &Twin, conditions: &Conditions) {
+    pub fn set_conditions(&mut self, twin: &Twin, conditions: &LinearisedStep) {
         let state = conditions.state;
         for (a, j) in others(twin).enumerate() {
             self.stroke_residual[a] = conditions.stroke_residual[j];
@@ -196,7 +196,7 @@ impl Problem {
     }
 
     /// The best auxiliary strokes, within what is allowed; `None` where held cables pull the same way.
-    pub fn solve(&mut self, at: &Linearised, sample: &Sample) -> Option<Answer> {
+    pub fn solve(&mut self, at: &LinearisedTip, sample: &WeightedSample) -> Option<SampleSolution> {
         self.contact.set_matrix(at.among.as_slice());
         let n_aux = sample.strokes.len();
         let cost = Cost {
@@ -226,12 +226,12 @@ impl Problem {
             .zip(sample.allowed)
             .map(|(s, allowed)| allowed.clamp(*s))
             .collect();
-        Some(Answer { strokes: moved, left: cost.error - follow.tip, status })
+        Some(SampleSolution { strokes: moved, left: cost.error - follow.tip, status })
     }
 
     /// `next`, or where it has another active set than `now` and costs more, a point on the way there that costs less than
     /// `now`.
-    fn nearer(&mut self, at: &Linearised, cost: &Cost, now: &Follow, next: Follow) -> Option<Follow> {
+    fn nearer(&mut self, at: &LinearisedTip, cost: &Cost, now: &Follow, next: Follow) -> Option<Follow> {
         if next.active_set == now.active_set || cost.of(&next) < cost.of(now) {
             return Some(next);
         }
@@ -248,7 +248,7 @@ impl Problem {
     }
 
     /// Where the other cables stand, and how far the tip goes, when the auxiliary strokes change.
-    fn follow(&mut self, at: &Linearised, change: DVector<f64>) -> Option<Follow> {
+    fn follow(&mut self, at: &LinearisedTip, change: DVector<f64>) -> Option<Follow> {
         let pulled = &at.coupling * &change;
         let stroke_residual: Vec<f64> =
             self.stroke_residual.iter().zip(pulled.iter()).map(|(all, made)| all - made).collect();
@@ -263,7 +263,7 @@ impl Problem {
     }
 
     /// The tip while the other cables stay in `active_set`.
-    fn response(&self, at: &Linearised, active_set: &[Activity]) -> Option<Response> {
+    fn response(&self, at: &LinearisedTip, active_set: &[Activity]) -> Option<StrokeResponse> {
         let held: Vec<usize> = (0..active_set.len()).filter(|&a| active_set[a] == Activity::Free).collect();
         let increments = DVector::from_fn(active_set.len(), |a, _| match active_set[a] {
             Activity::Free => 0.0,
@@ -276,9 +276,9 @@ impl Problem {
     /// Solves the QP of the changes of the auxiliary strokes, over `length`.
     fn solve_strokes(
         &mut self,
-        response: Response,
+        response: StrokeResponse,
         cost: &Cost,
-        sample: &Sample,
+        sample: &WeightedSample,
     ) -> (DVector<f64>, QpStatus) {
         let over = |value: f64| value / sample.length;
         let bounds = sample.allowed.iter().zip(sample.strokes);
@@ -296,7 +296,7 @@ impl Problem {
 }
 
 /// Strokes allowed `duration` [s] after they were `before`, within `bounds` and the rate.
-pub(crate) fn allowed(auxiliary: &Auxiliary, before: &[f64], duration: f64) -> Vec<Bounds> {
+pub(crate) fn allowed(auxiliary: &AuxiliaryLimits, before: &[f64], duration: f64) -> Vec<Bounds> {
     let reach = auxiliary.rate * duration;
     let of = |(bounds, &stroke): (&Bounds, &f64)| Bounds {
         min: bounds.clamp(stroke - reach),

@@ -1,6 +1,6 @@
 //! Sensitivity of the tip to auxiliary strokes.
 
-use super::Auxiliary;
+use super::AuxiliaryLimits;
 use super::problem::others;
 use crate::friction_points::FrictionPoints;
 use crate::model::Twin;
@@ -12,7 +12,7 @@ use crate::step::Stepper;
 pub(crate) fn sensitivity(
     stepper: &mut Stepper,
     twin: &Twin,
-    auxiliary: &Auxiliary,
+    auxiliary: &AuxiliaryLimits,
     friction: FrictionPoints,
 ) -> Option<[Vec<f64>; 3]> {
     let n_counted = match friction {

@@ -7,7 +7,7 @@ use hysteron_fit::qp::QpStatus;
 
 /// Distribution of a distance.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Spread {
+pub struct DistanceSummary {
     /// Root of the mean square [m].
     pub rms_m: f64,
     /// Median [m].
@@ -18,7 +18,7 @@ pub struct Spread {
     pub max_m: f64,
 }
 
-impl Spread {
+impl DistanceSummary {
     /// Of these distances [m]; zeros where there is none.
     pub fn of(mut distances: Vec<f64>) -> Self {
         if distances.is_empty() {
@@ -38,7 +38,7 @@ impl Spread {
 
 /// Counts of an identification.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Summary {
+pub struct IdentificationSummary {
     /// Samples in all.
     pub samples: usize,
     /// Samples whose tip had been filled in: strokes were held there.
@@ -46,16 +46,16 @@ pub struct Summary {
     /// QPs solved, almost solved, infeasible and failed; only those solved were used.
     pub qps: [usize; 4],
     /// Distance of the tip from the measured one without auxiliary tendons.
-    pub before: Spread,
+    pub before: DistanceSummary,
     /// And with them.
-    pub after: Spread,
+    pub after: DistanceSummary,
     /// Samples in which at least one stroke stood at this bound: lower, upper, rate.
     pub samples_at_bound: [usize; 3],
     /// The same for strokes, of all strokes in all samples [-].
     pub share_at_bound: [f64; 3],
 }
 
-impl Summary {
+impl IdentificationSummary {
     pub(super) fn count_status(&mut self, status: QpStatus) {
         self.qps[match status {
             QpStatus::Solved => 0,

@@ -7,13 +7,13 @@ use hysteron_base::{BadInput, Scene};
 use hysteron_fem::Mesh;
 use nalgebra::{Matrix3, Vector3};
 
-use super::course::Course;
+use super::course::FitSamples;
 use crate::motion::Motion;
 use crate::{Registration, Result, Target, Twin, alignment, rollouts};
 
 /// Where the measured tip is expected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Frame {
+pub enum TipFrame {
     /// In the frame of the scene's tracker; a tip that rests elsewhere is an error.
     Checked,
     /// In the frame of the scene's tracker, wherever it rests.
@@ -41,7 +41,7 @@ const TENSION_WEIGHT: f64 = 0.02;
 
 /// Tips and tensions of a scene's twin, by motion.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Answer {
+pub(super) struct TwinResponse {
     /// Tip in the frame of the scene, by step [m].
     pub tips: Vec<Vec<[f64; 3]>>,
     /// Tension of every primary tendon, by step [N].
@@ -49,24 +49,24 @@ pub(super) struct Answer {
 }
 
 /// Motions, what of them is compared, and how.
-pub(super) struct Comparison<'a> {
+pub(super) struct MotionComparison<'a> {
     pub mesh: &'a Mesh,
     pub motions: &'a [Motion],
-    pub courses: Vec<Course>,
-    pub frame: Frame,
+    pub courses: Vec<FitSamples>,
+    pub frame: TipFrame,
     /// Largest tension that the robot's drives can make, by primary tendon [N].
     pub tension_max: Vec<f64>,
     /// Counts steps, for who watches.
     pub steps: &'a AtomicUsize,
-    known: Mutex<Vec<(Scene, Arc<Answer>)>>,
+    known: Mutex<Vec<(Scene, Arc<TwinResponse>)>>,
 }
 
-impl<'a> Comparison<'a> {
+impl<'a> MotionComparison<'a> {
     pub fn new(
         mesh: &'a Mesh,
         motions: &'a [Motion],
-        courses: Vec<Course>,
-        frame: Frame,
+        courses: Vec<FitSamples>,
+        frame: TipFrame,
         tension_max: Vec<f64>,
         steps: &'a AtomicUsize,
     ) -> Self {
@@ -74,7 +74,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// The same with other courses.
-    pub fn along(&self, courses: Vec<Course>) -> Self {
+    pub fn along(&self, courses: Vec<FitSamples>) -> Self {
         let (frame, tension_max) = (self.frame, self.tension_max.clone());
         Self::new(self.mesh, self.motions, courses, frame, tension_max, self.steps)
     }
@@ -83,9 +83,9 @@ impl<'a> Comparison<'a> {
     ///
     /// # Errors
     /// Those of [`Twin::new`] and of a rollout.
-    pub fn answer(&self, scene: &Scene) -> Result<Arc<Answer>> {
+    pub fn answer(&self, scene: &Scene) -> Result<Arc<TwinResponse>> {
         let scene = Scene { auxiliary: None, tracker: Default::default(), ..scene.clone() };
-        let find = |known: &Vec<(Scene, Arc<Answer>)>| {
+        let find = |known: &Vec<(Scene, Arc<TwinResponse>)>| {
             known.iter().find(|(other, _)| *other == scene).map(|(_, answer)| answer.clone())
         };
         if let Some(answer) = self.known.lock().ok().and_then(|known| find(&known)) {
@@ -94,7 +94,7 @@ impl<'a> Comparison<'a> {
         let targets: Vec<Vec<Vec<Target>>> =
             self.courses.iter().map(|course| course.targets.clone()).collect();
         let twin = Twin::new(&scene, self.mesh)?;
-        let mut answer = Answer { tips: Vec::new(), tensions: Vec::new() };
+        let mut answer = TwinResponse { tips: Vec::new(), tensions: Vec::new() };
         for done in rollouts(&twin, &twin.rest(), &targets) {
             let done = done?;
             self.steps.fetch_add(done.tips.len(), Ordering::Relaxed);
@@ -111,13 +111,13 @@ impl<'a> Comparison<'a> {
         Ok(answer)
     }
 
-    /// The tips of `answer` in the frame of the tracker of `scene`, and with [`Frame::Fitted`] in the frame
+    /// The tips of `answer` in the frame of the tracker of `scene`, and with [`TipFrame::Fitted`] in the frame
     /// that suits best; with that frame.
-    pub fn placed(&self, scene: &Scene, answer: &Answer) -> (Vec<Vec<[f64; 3]>>, Registration) {
+    pub fn placed(&self, scene: &Scene, answer: &TwinResponse) -> (Vec<Vec<[f64; 3]>>, Registration) {
         let tracker = Registration::new(&scene.tracker);
         let mut tips = answer.tips.clone();
         tips.iter_mut().flatten().for_each(|tip| *tip = tracker.point(*tip));
-        if self.frame != Frame::Fitted {
+        if self.frame != TipFrame::Fitted {
             return (tips, Registration { turn: Matrix3::identity(), shift: Vector3::zeros() });
         }
         let pairs = self.courses.iter().zip(&tips).flat_map(|(course, tips)| compared(course, tips));
@@ -157,7 +157,11 @@ impl<'a> Comparison<'a> {
     }
 
     /// How far the tensions of the compared steps are on the way from much to too much, 0 to 1 and beyond [-].
-    fn strains<'b>(&'b self, course: &'b Course, tensions: &'b [Vec<f64>]) -> impl Iterator<Item = f64> + 'b {
+    fn strains<'b>(
+        &'b self,
+        course: &'b FitSamples,
+        tensions: &'b [Vec<f64>],
+    ) -> impl Iterator<Item = f64> + 'b {
         compared_steps(course, tensions).map(|(_, tensions)| {
             let strain = |(tension, most): (&f64, &f64)| {
                 ((tension / most - STRAINED) / (1.0 - STRAINED)).max(0.0).powi(2)
@@ -167,7 +171,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// Largest tension of every primary tendon [N].
-    pub fn largest_tensions(&self, answer: &Answer) -> Vec<f64> {
+    pub fn largest_tensions(&self, answer: &TwinResponse) -> Vec<f64> {
         let steps = || answer.tensions.iter().flatten();
         (0..self.tension_max.len()).map(|j| steps().map(|tensions| tensions[j]).fold(0.0, f64::max)).collect()
     }
@@ -205,12 +209,18 @@ impl<'a> Comparison<'a> {
 }
 
 /// Measured and predicted tips of the steps that are compared.
-fn compared<'a>(course: &'a Course, tips: &'a [[f64; 3]]) -> impl Iterator<Item = ([f64; 3], [f64; 3])> + 'a {
+fn compared<'a>(
+    course: &'a FitSamples,
+    tips: &'a [[f64; 3]],
+) -> impl Iterator<Item = ([f64; 3], [f64; 3])> + 'a {
     course.tips.iter().zip(tips).filter_map(|(measured, tip)| Some(((*measured)?, *tip)))
 }
 
 /// Number and values of the steps that are compared.
-fn compared_steps<'a, T>(course: &'a Course, values: &'a [T]) -> impl Iterator<Item = (usize, &'a T)> + 'a {
+fn compared_steps<'a, T>(
+    course: &'a FitSamples,
+    values: &'a [T],
+) -> impl Iterator<Item = (usize, &'a T)> + 'a {
     values.iter().enumerate().filter(|(step, _)| course.tips[*step].is_some())
 }
 

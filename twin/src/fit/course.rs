@@ -23,7 +23,7 @@ pub struct Stepping {
 
 /// The part of a motion that a fit uses.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Course {
+pub struct FitSamples {
     /// Samples that are stepped through, from 0.
     pub samples: Vec<usize>,
     /// Per step, a target for every primary tendon.
@@ -39,7 +39,7 @@ const TURNED: f64 = 0.2;
 /// Part of a step by which a stroke must have moved before it turned back: less is noise [-].
 const MIN_STROKE_PART: f64 = 0.02;
 
-impl Course {
+impl FitSamples {
     /// Chooses samples of `motion`, at most `most`; filled-in ones are passed and not compared.
     ///
     /// # Errors
@@ -82,10 +82,10 @@ impl Course {
 /// The courses of all motions.
 ///
 /// # Errors
-/// Those of [`Course::new`].
-pub fn courses(motions: &[Motion], stepping: &Stepping) -> Result<Vec<Course>> {
+/// Those of [`FitSamples::new`].
+pub fn courses(motions: &[Motion], stepping: &Stepping) -> Result<Vec<FitSamples>> {
     let most = stepping.most / motions.len().max(1);
-    motions.iter().map(|motion| Course::new(motion, stepping, most)).collect()
+    motions.iter().map(|motion| FitSamples::new(motion, stepping, most)).collect()
 }
 
 /// Samples from 0 on, at most `most`: from each, the farthest that lies within a step, or where a stroke turns back

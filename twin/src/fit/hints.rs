@@ -4,10 +4,12 @@
 //! squares of r + J δ, with the priors of the parameters as rows of their own.
 
 use hysteron_base::{Friction, Scene};
-use hysteron_fit::{Fit, Options, Parameter, Problem, Spread, Standing, TOLERANCE, correction, prior_rows};
+use hysteron_fit::{
+    Fit, FitProblem, Identifiability, Options, Parameter, ResidualVariance, TOLERANCE, correction, prior_rows,
+};
 
-use super::comparison::Comparison;
-use super::quantity::{QUANTITIES, Quantity, Selected, Wanted, along_axes, select, stem};
+use super::comparison::MotionComparison;
+use super::quantity::{FitParameter, QUANTITIES, SceneQuantity, Selected, along_axes, select, stem};
 use crate::Result;
 
 /// An assumption that would explain errors.
@@ -38,7 +40,7 @@ const RUBBING: Friction = Friction {
 
 /// A minimum, linearised.
 struct Minimum<'a> {
-    on: &'a Comparison<'a>,
+    on: &'a MotionComparison<'a>,
     scene: &'a Scene,
     series: Vec<Vec<f64>>,
     /// Derivatives by the places of the fitted parameters, with the rows of the priors.
@@ -52,7 +54,12 @@ struct Minimum<'a> {
 ///
 /// # Errors
 /// Those of the residuals at the minimum.
-pub(super) fn hints(on: &Comparison, scene: &Scene, selected: &[Selected], fit: &Fit) -> Result<Vec<Hint>> {
+pub(super) fn hints(
+    on: &MotionComparison,
+    scene: &Scene,
+    selected: &[Selected],
+    fit: &Fit,
+) -> Result<Vec<Hint>> {
     let minimum = Minimum::new(on, scene, selected, fit)?;
     let mut hints = Vec::new();
     let is_selected = |name: &str| selected.iter().any(|s| s.quantity.name.starts_with(name));
@@ -62,7 +69,7 @@ pub(super) fn hints(on: &Comparison, scene: &Scene, selected: &[Selected], fit: 
             hints.extend(minimum.hint(format!("gravity along ({direction}) m/s²"), "gravity", now));
         }
     }
-    let is_free = |quantity: &&Quantity| {
+    let is_free = |quantity: &&SceneQuantity| {
         let is_taken = selected.iter().any(|s| stem(s.quantity) == stem(quantity));
         // The parts of the tracker's frame are tried together.
         let is_part = ["common_", "gravity", "tracker"].iter().any(|part| quantity.name.starts_with(part));
@@ -71,7 +78,7 @@ pub(super) fn hints(on: &Comparison, scene: &Scene, selected: &[Selected], fit: 
     let names = QUANTITIES.iter().filter(is_free).map(|quantity| quantity.name);
     for name in names.chain((!is_selected("tracker")).then_some("tracker")) {
         // What the scene lacks, or has beyond the bounds, is no alternative.
-        let Ok(more) = select(scene, &[Wanted::named(name)]) else { continue };
+        let Ok(more) = select(scene, &[FitParameter::named(name)]) else { continue };
         let Ok((now, what)) = minimum.with(&more) else { continue };
         hints.extend(minimum.hint(what, name, now));
     }
@@ -91,7 +98,7 @@ pub(super) fn hints(on: &Comparison, scene: &Scene, selected: &[Selected], fit: 
 /// # Errors
 /// Those of [`hints`].
 pub(super) fn steepest(
-    on: &Comparison,
+    on: &MotionComparison,
     scene: &Scene,
     selected: &[Selected],
     fit: &Fit,
@@ -103,16 +110,22 @@ pub(super) fn steepest(
 }
 
 impl<'a> Minimum<'a> {
-    fn new(on: &'a Comparison<'a>, scene: &'a Scene, selected: &'a [Selected], fit: &Fit) -> Result<Self> {
+    fn new(
+        on: &'a MotionComparison<'a>,
+        scene: &'a Scene,
+        selected: &'a [Selected],
+        fit: &Fit,
+    ) -> Result<Self> {
         // Those that lean against gravity go with it.
-        let is_free = |(s, standing): (&Selected, &Standing)| {
-            matches!(standing, Standing::Fitted | Standing::Vague) && s.quantity.name != "gravity"
+        let is_free = |(s, standing): (&Selected, &Identifiability)| {
+            matches!(standing, Identifiability::Fitted | Identifiability::Vague)
+                && s.quantity.name != "gravity"
         };
         let standings = fit.estimates.iter().map(|estimate| &estimate.standing);
         let free: Vec<Selected> =
             selected.iter().zip(standings).filter(|pair| is_free(*pair)).map(|pair| pair.0.clone()).collect();
         let series = on.residuals(scene)?;
-        let spread = Spread::new(&series, free.len());
+        let spread = ResidualVariance::new(&series, free.len());
         let (noise, n_effective) = (spread.variance.sqrt(), spread.n_effective);
         let mut minimum = Self { on, scene, series, columns: Vec::new(), noise, n_effective };
         minimum.columns = minimum.derivatives(&free)?.0;
@@ -141,7 +154,7 @@ impl<'a> Minimum<'a> {
             tolerance: TOLERANCE,
             watch: &|_, _| true,
         };
-        let (problem, first) = Problem::new(&parameters, &options, &residuals)?;
+        let (problem, first) = FitProblem::new(&parameters, &options, &residuals)?;
         let places: Vec<f64> = parameters.iter().map(|p| p.place(p.start)).collect();
         let all: Vec<usize> = (0..parameters.len()).collect();
         let columns = problem.columns(&places, &all, &first)?;

@@ -9,11 +9,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use hysteron_base::Scene;
 use hysteron_fem::Mesh;
 use hysteron_fit::{
-    Estimate, Fit, Options, Parameter, Prior, Standing, TOLERANCE, least_squares, minimum, polished,
+    Estimate, Fit, Identifiability, Options, Parameter, Prior, TOLERANCE, least_squares, minimum, polished,
 };
 
-use super::comparison::{AxisErrors, Comparison, Frame, check_axes};
-use super::course::{Course, Stepping, courses};
+use super::comparison::{AxisErrors, MotionComparison, TipFrame, check_axes};
+use super::course::{FitSamples, Stepping, courses};
 use super::hints::{Hint, hints, steepest};
 use super::quantity::Selected;
 use crate::motion::Motion;
@@ -21,7 +21,7 @@ use crate::{Result, Twin};
 
 /// How far a fit has come.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
+pub struct FitProgress {
     /// Steps of the twin so far; how many there will be is not known before the search has ended.
     pub steps: usize,
     /// Least root mean square of the residuals so far [m].
@@ -31,7 +31,7 @@ pub struct Progress {
 /// How to fit.
 pub struct MaterialOptions<'a> {
     /// Where the tip is expected.
-    pub frame: Frame,
+    pub frame: TipFrame,
     /// How it goes through the motions.
     pub stepping: Stepping,
     /// Error of a coordinate from which on it counts linearly, if any [m].
@@ -39,7 +39,7 @@ pub struct MaterialOptions<'a> {
     /// Largest tension that the drives of the robot can make, where that is less than the scene allows [N].
     pub tension_max: Option<f64>,
     /// Called with the progress of the fit; false ends it.
-    pub watch: &'a (dyn Fn(Progress) -> bool + Sync),
+    pub watch: &'a (dyn Fn(FitProgress) -> bool + Sync),
 }
 
 /// The outcome of [`fit_material`].
@@ -52,7 +52,7 @@ pub struct MaterialFit {
     /// Errors with the scene as given, and with the fitted one.
     pub errors: [AxisErrors; 2],
     /// Steps of the fit, by motion.
-    pub courses: Vec<Course>,
+    pub courses: Vec<FitSamples>,
     /// Tips of both, in the frame of the measurement: by motion, by step [m].
     pub tips: [Vec<Vec<[f64; 3]>>; 2],
     /// Turn (row-major) and shift [m] from the frame of the scene's tracker to that of the measurement.
@@ -89,7 +89,7 @@ const MAX_TURNS: usize = 3;
 /// the scene are tried.
 ///
 /// # Errors
-/// Those of [`courses`], [`Twin::new`] and the first pass through the motions; with [`Frame::Checked`], a tip that
+/// Those of [`courses`], [`Twin::new`] and the first pass through the motions; with [`TipFrame::Checked`], a tip that
 /// rests elsewhere than the twin's, unless the tracker's frame is fitted.
 pub fn fit_material(
     scene: &Scene,
@@ -100,18 +100,18 @@ pub fn fit_material(
 ) -> Result<MaterialFit> {
     let is_tracked = selected.iter().any(|selected| selected.quantity.name.starts_with("tracker"));
     match options.frame {
-        Frame::Checked if !is_tracked => {
+        TipFrame::Checked if !is_tracked => {
             let twin = Twin::new(&Scene { auxiliary: None, ..scene.clone() }, mesh)?;
             motions.iter().try_for_each(|motion| motion.check_registration(&twin))?;
         }
-        Frame::Checked | Frame::Trusted => {}
-        Frame::Fitted => check_axes(motions)?,
+        TipFrame::Checked | TipFrame::Trusted => {}
+        TipFrame::Fitted => check_axes(motions)?,
     }
     let steps = AtomicUsize::new(0);
     let tension_max = |tendon: &hysteron_base::Tendon| {
         options.tension_max.map_or(tendon.tension.max, |most| most.min(tendon.tension.max))
     };
-    let fine = Comparison::new(
+    let fine = MotionComparison::new(
         mesh,
         motions,
         courses(motions, &options.stepping)?,
@@ -130,21 +130,22 @@ struct Levels<'a> {
     scene: Scene,
     selected: Vec<Selected>,
     options: &'a MaterialOptions<'a>,
-    beginning: Comparison<'a>,
-    coarse: Comparison<'a>,
-    fine: Comparison<'a>,
+    beginning: MotionComparison<'a>,
+    coarse: MotionComparison<'a>,
+    fine: MotionComparison<'a>,
     best: Mutex<f64>,
 }
 
 impl<'a> Levels<'a> {
     fn new(
-        fine: Comparison<'a>,
+        fine: MotionComparison<'a>,
         scene: &'a Scene,
         selected: &[Selected],
         options: &'a MaterialOptions,
     ) -> Result<Self> {
-        let n_steps = |courses: &[Course]| courses.iter().map(|course| course.samples.len()).sum::<usize>();
-        let beginning = |most: usize| -> Vec<Course> {
+        let n_steps =
+            |courses: &[FitSamples]| courses.iter().map(|course| course.samples.len()).sum::<usize>();
+        let beginning = |most: usize| -> Vec<FitSamples> {
             fine.courses.iter().map(|course| course.beginning(most)).collect()
         };
         let (coarse, beginning) = (beginning(ON_THE_WAY), beginning(BEGINNING));
@@ -202,21 +203,21 @@ impl<'a> Levels<'a> {
         self.selected.iter().zip(starts).map(parameter).collect()
     }
 
-    fn residuals(&self, on: &Comparison, values: &[f64]) -> Result<Vec<Vec<f64>>> {
+    fn residuals(&self, on: &MotionComparison, values: &[f64]) -> Result<Vec<Vec<f64>>> {
         on.residuals(&self.with(&self.scene, values))
     }
 
     /// Runs `search` with the options of a search on `on`.
-    fn watched<T>(&self, on: &Comparison, search: impl FnOnce(&Options) -> Result<T>) -> Result<T> {
+    fn watched<T>(&self, on: &MotionComparison, search: impl FnOnce(&Options) -> Result<T>) -> Result<T> {
         let watch = |_: usize, rms: f64| {
             let Ok(mut best) = self.best.lock() else { return false };
             *best = best.min(rms);
-            (self.options.watch)(Progress { steps: on.steps.load(Ordering::Relaxed), rms: *best })
+            (self.options.watch)(FitProgress { steps: on.steps.load(Ordering::Relaxed), rms: *best })
         };
         search(&Options {
             huber: self.options.huber,
             smallest_effect: SEEN * on.motion_size(),
-            n_nuisance: if self.options.frame == Frame::Fitted { OF_FRAME } else { 0 },
+            n_nuisance: if self.options.frame == TipFrame::Fitted { OF_FRAME } else { 0 },
             tolerance: if on.courses == self.fine.courses { TOLERANCE } else { ROUGH },
             watch: &watch,
         })
@@ -306,7 +307,7 @@ impl<'a> Levels<'a> {
         }
         let scene = self.with(&self.scene, &fit.values());
         let at_bound = |(s, estimate): &(&Selected, &Estimate)| {
-            s.quantity.name == "gravity" && estimate.standing == Standing::AtBound
+            s.quantity.name == "gravity" && estimate.standing == Identifiability::AtBound
         };
         if let Some((s, _)) = self.selected.iter().zip(&fit.estimates).find(at_bound) {
             return Ok(Some(super::quantity::beyond(scene.gravity, s.component)));

@@ -11,9 +11,11 @@ mod hints;
 mod material;
 mod quantity;
 
-pub use comparison::{AxisErrors, Frame};
-pub use course::{Course, Stepping, courses};
+pub use comparison::{AxisErrors, TipFrame};
+pub use course::{FitSamples, Stepping, courses};
 pub use hints::Hint;
-pub use hysteron_fit::{Estimate, Fit, Options, Parameter, Prior, Scale, Standing, TOLERANCE, least_squares};
-pub use material::{MaterialFit, MaterialOptions, Progress, fit_material};
-pub use quantity::{Of, QUANTITIES, Quantity, Selected, Wanted, select};
+pub use hysteron_fit::{
+    Estimate, Fit, Identifiability, Options, Parameter, ParameterScale, Prior, TOLERANCE, least_squares,
+};
+pub use material::{FitProgress, MaterialFit, MaterialOptions, fit_material};
+pub use quantity::{FitParameter, Of, QUANTITIES, SceneQuantity, Selected, select};

@@ -3,16 +3,16 @@
 use hysteron_base::{BadInput, Bounds, Friction, Scene, Tendon};
 
 use crate::Result;
-use hysteron_fit::{Parameter, Prior, Scale};
+use hysteron_fit::{Parameter, ParameterScale, Prior};
 
 /// A physical quantity of a scene.
-pub struct Quantity {
+pub struct SceneQuantity {
     /// Name on the command line.
     pub name: &'static str,
     /// The same with the unit in which a person types and reads it, and the factor from SI to that unit.
     pub key: (&'static str, f64),
     /// How it is spread between its bounds.
-    pub scale: Scale,
+    pub scale: ParameterScale,
     /// Bounds unless others are given [SI].
     pub bounds: fn(&Scene) -> Bounds,
     /// Standard deviation of the prior, around the scene's value [SI; a factor on a logarithmic scale].
@@ -25,7 +25,7 @@ pub struct Quantity {
     pub set: fn(&mut Scene, usize, f64),
 }
 
-impl Quantity {
+impl SceneQuantity {
     /// The unit of its key as people write it; empty where it has none.
     pub fn unit(&self) -> &'static str {
         match self.key.0.trim_start_matches(self.name).trim_start_matches('_') {
@@ -137,50 +137,50 @@ const MIN_SHARE: f64 = 0.02;
 
 /// All of them.
 #[rustfmt::skip] // a table
-pub const QUANTITIES: [Quantity; 15] = [
-    Quantity { name: "youngs_modulus", key: ("youngs_modulus_mpa", 1e-6), scale: Scale::Logarithmic, width: 2.0, of: Of::Robot,
+pub const QUANTITIES: [SceneQuantity; 15] = [
+    SceneQuantity { name: "youngs_modulus", key: ("youngs_modulus_mpa", 1e-6), scale: ParameterScale::Logarithmic, width: 2.0, of: Of::Robot,
         bounds: |s| within(s.material.youngs_modulus / MODULUS, s.material.youngs_modulus * MODULUS),
         get: |s, _| Some(s.material.youngs_modulus), set: |s, _, v| s.material.youngs_modulus = v },
-    Quantity { name: "poisson_ratio", key: ("poisson_ratio", 1.0), scale: Scale::Linear, width: 0.05, of: Of::Robot,
+    SceneQuantity { name: "poisson_ratio", key: ("poisson_ratio", 1.0), scale: ParameterScale::Linear, width: 0.05, of: Of::Robot,
         bounds: |_| within(0.0, 0.49),
         get: |s, _| Some(s.material.poisson_ratio), set: |s, _, v| s.material.poisson_ratio = v },
-    Quantity { name: "density", key: ("density_kg_m3", 1.0), scale: Scale::Logarithmic, width: 1.3, of: Of::Robot,
+    SceneQuantity { name: "density", key: ("density_kg_m3", 1.0), scale: ParameterScale::Logarithmic, width: 1.3, of: Of::Robot,
         bounds: |s| within(s.material.density / DENSITY, s.material.density * DENSITY),
         get: |s, _| Some(s.material.density), set: |s, _, v| s.material.density = v },
-    Quantity { name: "gravity", key: ("gravity_deg", 1.0 / DEGREE), scale: Scale::Linear, width: 45.0 * DEGREE,
+    SceneQuantity { name: "gravity", key: ("gravity_deg", 1.0 / DEGREE), scale: ParameterScale::Linear, width: 45.0 * DEGREE,
         of: Of::Components(&["lean 1", "lean 2"]), bounds: |_| within(-LEAN, LEAN),
         get: |s, k| Some(lean(s.gravity, k)), set: |s, k, v| s.gravity = leaning(s.gravity, k, v) },
-    Quantity { name: "tracker_turn", key: ("tracker_turn_deg", 1.0 / DEGREE), scale: Scale::Linear, width: 5.0 * DEGREE,
+    SceneQuantity { name: "tracker_turn", key: ("tracker_turn_deg", 1.0 / DEGREE), scale: ParameterScale::Linear, width: 5.0 * DEGREE,
         of: Of::Components(&["x", "y", "z"]), bounds: |_| within(-30.0 * DEGREE, 30.0 * DEGREE),
         get: |s, k| Some(s.tracker.turn[k]), set: |s, k, v| s.tracker.turn[k] = v },
-    Quantity { name: "tracker_shift", key: ("tracker_shift_mm", 1e3), scale: Scale::Linear, width: 2e-3,
+    SceneQuantity { name: "tracker_shift", key: ("tracker_shift_mm", 1e3), scale: ParameterScale::Linear, width: 2e-3,
         of: Of::Components(&["x", "y", "z"]), bounds: |_| within(-20e-3, 20e-3),
         get: |s, k| Some(s.tracker.shift[k]), set: |s, k, v| s.tracker.shift[k] = v },
-    Quantity { name: "zero", key: ("zero_mm", 1e3), scale: Scale::Linear, width: 1e-3, of: Of::Tendons,
+    SceneQuantity { name: "zero", key: ("zero_mm", 1e3), scale: ParameterScale::Linear, width: 1e-3, of: Of::Tendons,
         bounds: |_| within(-3e-3, 3e-3),
         get: |s, k| Some(s.tendons[k].zero), set: |s, k, v| s.tendons[k].zero = v },
-    Quantity { name: "common_zero", key: ("common_zero_mm", 1e3), scale: Scale::Linear, width: 1e-3, of: Of::Robot,
+    SceneQuantity { name: "common_zero", key: ("common_zero_mm", 1e3), scale: ParameterScale::Linear, width: 1e-3, of: Of::Robot,
         bounds: |_| within(-3e-3, 3e-3),
         get: |s, _| Some(mean(s, |t| t.zero)), set: |s, _, v| s.tendons.iter_mut().for_each(|t| t.zero = v) },
-    Quantity { name: "compliance", key: ("compliance_mm_per_n", 1e3), scale: Scale::Linear, width: 0.05e-3, of: Of::Robot,
+    SceneQuantity { name: "compliance", key: ("compliance_mm_per_n", 1e3), scale: ParameterScale::Linear, width: 0.05e-3, of: Of::Robot,
         bounds: |s| within(MIN_COMPLIANCE.min(mean(s, |t| t.compliance)), 0.5e-3),
         get: |s, _| Some(mean(s, |t| t.compliance)), set: |s, _, v| s.tendons.iter_mut().for_each(|t| t.compliance = v) },
-    Quantity { name: "coefficient", key: ("coefficient", 1.0), scale: Scale::Linear, width: 0.2, of: Of::Robot,
+    SceneQuantity { name: "coefficient", key: ("coefficient", 1.0), scale: ParameterScale::Linear, width: 0.2, of: Of::Robot,
         bounds: |_| within(0.0, 0.6),
         get: |s, _| Some(in_body(s)?.coefficient), set: |s, _, v| change(s, |f| f.coefficient = v) },
-    Quantity { name: "coulomb", key: ("coulomb_n", 1.0), scale: Scale::Linear, width: 1.0, of: Of::Robot,
+    SceneQuantity { name: "coulomb", key: ("coulomb_n", 1.0), scale: ParameterScale::Linear, width: 1.0, of: Of::Robot,
         bounds: |_| within(0.0, 3.0),
         get: |s, _| Some(in_body(s)?.coulomb), set: |s, _, v| change(s, |f| f.coulomb = v) },
-    Quantity { name: "sheath_exponent", key: ("sheath_exponent", 1.0), scale: Scale::Linear, width: 0.4, of: Of::Robot,
+    SceneQuantity { name: "sheath_exponent", key: ("sheath_exponent", 1.0), scale: ParameterScale::Linear, width: 0.4, of: Of::Robot,
         bounds: |_| within(0.0, 1.5),
         get: |s, _| Some(in_sheath(s)?.sheath_exponent), set: |s, _, v| change(s, |f| f.sheath_exponent = v) },
-    Quantity { name: "sheath_coulomb", key: ("sheath_coulomb_n", 1.0), scale: Scale::Linear, width: 1.0, of: Of::Robot,
+    SceneQuantity { name: "sheath_coulomb", key: ("sheath_coulomb_n", 1.0), scale: ParameterScale::Linear, width: 1.0, of: Of::Robot,
         bounds: |_| within(0.0, 3.0),
         get: |s, _| Some(in_sheath(s)?.sheath_coulomb), set: |s, _, v| change(s, |f| f.sheath_coulomb = v) },
-    Quantity { name: "sheath_compliance_share", key: ("sheath_compliance_share", 1.0), scale: Scale::Linear, width: 0.3, of: Of::Robot,
+    SceneQuantity { name: "sheath_compliance_share", key: ("sheath_compliance_share", 1.0), scale: ParameterScale::Linear, width: 0.3, of: Of::Robot,
         bounds: |_| within(MIN_SHARE, 1.0),
         get: |s, _| Some(in_sheath(s)?.sheath_compliance_share), set: |s, _, v| change(s, |f| f.sheath_compliance_share = v) },
-    Quantity { name: "backlash", key: ("backlash_mm", 1e3), scale: Scale::Linear, width: 0.3e-3, of: Of::Robot,
+    SceneQuantity { name: "backlash", key: ("backlash_mm", 1e3), scale: ParameterScale::Linear, width: 0.3e-3, of: Of::Robot,
         bounds: |_| within(0.0, 1e-3),
         get: |s, _| Some(s.friction?.backlash), set: |s, _, v| change(s, |f| f.backlash = v) },
 ];
@@ -190,7 +190,7 @@ const GROUPS: [(&str, [&str; 2]); 1] = [("tracker", ["tracker_turn", "tracker_sh
 
 /// A quantity that is to be fitted.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wanted {
+pub struct FitParameter {
     /// Name, key, or name of a group.
     pub name: String,
     /// Bounds in the unit of the key, in place of its own.
@@ -200,7 +200,7 @@ pub struct Wanted {
     pub width: Option<f64>,
 }
 
-impl Wanted {
+impl FitParameter {
     /// With bounds and width of the program.
     pub fn named(name: impl Into<String>) -> Self {
         Self { name: name.into(), bounds: None, width: None }
@@ -211,7 +211,7 @@ impl Wanted {
 #[derive(Clone)]
 pub struct Selected {
     /// Which.
-    pub quantity: &'static Quantity,
+    pub quantity: &'static SceneQuantity,
     /// Which of its values, from 0.
     pub component: usize,
     /// With name, start, bounds and prior.
@@ -230,7 +230,7 @@ impl Selected {
 /// # Errors
 /// A name that is none, or twice; both kinds of zeros; friction of a scene that has none; bounds that do not hold the
 /// value of the scene; a width that is no positive number, or on a logarithmic scale no factor above one.
-pub fn select(scene: &Scene, wanted: &[Wanted]) -> Result<Vec<Selected>> {
+pub fn select(scene: &Scene, wanted: &[FitParameter]) -> Result<Vec<Selected>> {
     let mut selected: Vec<Selected> = Vec::new();
     for wanted in wanted {
         let group = GROUPS.iter().find(|(name, _)| *name == wanted.name);
@@ -247,8 +247,8 @@ pub fn select(scene: &Scene, wanted: &[Wanted]) -> Result<Vec<Selected>> {
 }
 
 /// All values of the quantity called `name`, which is not among `before`.
-fn values(scene: &Scene, name: &str, wanted: &Wanted, before: &[Selected]) -> Result<Vec<Selected>> {
-    let is_named = |quantity: &&Quantity| quantity.name == name || quantity.key.0 == name;
+fn values(scene: &Scene, name: &str, wanted: &FitParameter, before: &[Selected]) -> Result<Vec<Selected>> {
+    let is_named = |quantity: &&SceneQuantity| quantity.name == name || quantity.key.0 == name;
     let Some(quantity) = QUANTITIES.iter().find(is_named) else {
         let known = QUANTITIES.iter().map(|quantity| quantity.name).chain(GROUPS.iter().map(|group| group.0));
         return Err(BadInput::new("--fit", known.collect::<Vec<_>>().join(", "), format!("{name:?}")).into());
@@ -259,10 +259,10 @@ fn values(scene: &Scene, name: &str, wanted: &Wanted, before: &[Selected]) -> Re
     }
     let si = |value: f64| value / quantity.key.1;
     let width = match (wanted.width, quantity.scale) {
-        (Some(width), Scale::Linear) => si(width),
+        (Some(width), ParameterScale::Linear) => si(width),
         (width, _) => width.unwrap_or(quantity.width),
     };
-    let least = if quantity.scale == Scale::Logarithmic { 1.0 } else { 0.0 };
+    let least = if quantity.scale == ParameterScale::Logarithmic { 1.0 } else { 0.0 };
     if !(width > least && width.is_finite()) {
         let expected = format!("a number above {least}");
         return Err(BadInput::new(format!("width of {name}"), expected, width.to_string()).into());
@@ -295,7 +295,7 @@ fn values(scene: &Scene, name: &str, wanted: &Wanted, before: &[Selected]) -> Re
 }
 
 /// Name that two selected quantities must not share.
-pub(super) fn stem(quantity: &Quantity) -> &str {
+pub(super) fn stem(quantity: &SceneQuantity) -> &str {
     quantity.name.trim_start_matches("common_")
 }
 

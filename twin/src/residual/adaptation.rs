@@ -151,7 +151,7 @@ pub(super) fn terms_into(spec: &FeatureSpec, features: &[f64], terms: &mut Vec<f
 
 /// The filter. Its last term is the tracker's drift.
 #[derive(Debug, Clone)]
-pub(super) struct Filter {
+pub(super) struct AdaptationFilter {
     options: AdaptOptions,
     theta: Adaptation,
     /// P, and the diagonal of P₀.
@@ -162,7 +162,7 @@ pub(super) struct Filter {
     noise: f64,
 }
 
-impl Filter {
+impl AdaptationFilter {
     /// Knows nothing yet.
     pub fn new(spec: &FeatureSpec, options: AdaptOptions) -> Self {
         let n = n_terms(spec);
@@ -244,7 +244,7 @@ mod tests {
     }
 
     /// Errors that a constant correction explains, for `n` samples of random strokes.
-    fn follow(filter: &mut Filter, n: usize, of: &dyn Fn(&[f64]) -> [f64; 3]) -> Vec<[f64; 3]> {
+    fn follow(filter: &mut AdaptationFilter, n: usize, of: &dyn Fn(&[f64]) -> [f64; 3]) -> Vec<[f64; 3]> {
         let mut stream = rng(1, "adaptation");
         let mut left = Vec::new();
         for _ in 0..n {
@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn a_correction_that_exists_is_found_within_a_minute() {
-        let mut filter = Filter::new(&spec(), OPEN);
+        let mut filter = AdaptationFilter::new(&spec(), OPEN);
         let of = |terms: &[f64]| [1e-3 + 0.1 * terms[1], -5e-4, 0.2 * terms[4] - 0.1 * terms[2]];
         let left = follow(&mut filter, 6000, &of);
         let rms = |part: &[[f64; 3]]| {
@@ -275,7 +275,7 @@ mod tests {
     #[test]
     fn what_is_not_seen_again_is_forgotten() {
         let options = AdaptOptions { memory_s: 10.0, ..OPEN };
-        let mut filter = Filter::new(&spec(), options);
+        let mut filter = AdaptationFilter::new(&spec(), options);
         follow(&mut filter, 1000, &|_| [1e-3, 0.0, 0.0]);
         let learned = filter.correction().displacement(&[1.0, 0.0, 0.0, 0.0, 0.0])[0];
         assert!((learned / 1e-3 - 1.0).abs() < 0.1, "{learned}");
@@ -289,7 +289,7 @@ mod tests {
 
     #[test]
     fn neither_correction_nor_uncertainty_passes_its_bound() {
-        let mut filter = Filter::new(&spec(), OPEN);
+        let mut filter = AdaptationFilter::new(&spec(), OPEN);
         follow(&mut filter, 20_000, &|_| [1.0, -1.0, 1.0]);
         let given = filter.correction().displacement(&[1.0, 0.0, 0.0, 0.0, 0.0]);
         assert!(given.iter().all(|c| c.abs() <= OPEN.largest_m), "{given:?}");
@@ -306,7 +306,7 @@ mod tests {
         // hundredth.
         for (drift_m, part) in [(2e-3, 0.5), (2e-2, 0.01)] {
             let options = AdaptOptions { drift_m, drift_time_s: 1e6, memory_s: 1e6, ..OPEN };
-            let mut filter = Filter::new(&spec(), options);
+            let mut filter = AdaptationFilter::new(&spec(), options);
             (0..2000).for_each(|_| filter.update(&[1.0, 0.0, 0.0, 0.0, 0.0], [3e-4, 0.0, 0.0]));
             let kept = filter.correction().displacement(&[1.0, 0.0, 0.0, 0.0, 0.0])[0];
             // The noise of 2000 samples, r = 50 (0.3 mm)², is some 1e-3 of either prior.

@@ -18,7 +18,7 @@ use super::linear::add_product;
 /// much, and by more than the millimetre where that does not cancel. What is missing along z is added to the tip.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Decoder {
+pub struct StrokeDecoder {
     /// Lowest and highest stroke of each primary tendon in the fit [m]; others count as the nearest of them.
     ranges: Vec<[f64; 2]>,
     /// Ĝ (2 × n_aux, column by column) for each of the terms 1, v_k, v_k v_l (k ≤ l) of strokes v brought to [-1, 1]
@@ -26,7 +26,7 @@ pub struct Decoder {
     coefficients: Vec<f64>,
 }
 
-/// Scratch of a [`Decoder`].
+/// Scratch of a [`StrokeDecoder`].
 #[derive(Debug, Clone)]
 pub(super) struct Decoding {
     terms: Vec<f64>,
@@ -43,7 +43,7 @@ fn n_terms(n_primary: usize) -> usize {
     1 + n_primary + n_primary * (n_primary + 1) / 2
 }
 
-impl Decoder {
+impl StrokeDecoder {
     /// Fits Ĝ to the sensitivities of a robot with so many primary and auxiliary tendons: samples of primary strokes [m] and
     /// ∂tip/∂s (3 × n_aux) there [-]. `strokes` are all that were commanded, of which the ranges are taken.
     ///
@@ -162,13 +162,13 @@ mod tests {
     use super::*;
 
     /// Ĝ with a part that changes its sign with the first of two strokes, in the range ±1 mm.
-    fn decoder() -> Decoder {
+    fn decoder() -> StrokeDecoder {
         // The difference of two virtual strokes moves the tip along x, their sum along y by half of what the first
         // primary stroke says; the third does nothing.
         let constant = [1.0, 0.0, -1.0, 0.0, 0.0, 0.0];
         let first = [0.0, 0.5, 0.0, 0.5, 0.0, 0.0];
         let coefficients = [&constant[..], &first, &[0.0; 4 * 6]].concat();
-        Decoder { ranges: vec![[-1e-3, 1e-3]; 2], coefficients }
+        StrokeDecoder { ranges: vec![[-1e-3, 1e-3]; 2], coefficients }
     }
 
     #[test]

@@ -12,7 +12,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::Result;
 use crate::model::Twin;
-use crate::plant::{Plant, Uncorrected, settle};
+use crate::plant::{PhysicsTwin, Plant, settle};
 
 /// From two coordinates (a, b) [m] to the strokes of all primary tendons [m].
 pub type Coordinates<'a> = &'a (dyn Fn([f64; 2], &mut [f64]) + Sync);
@@ -38,7 +38,7 @@ pub struct FollowStep {
 }
 
 /// Finds the strokes of a tip that is steered.
-pub struct Steering<'a> {
+pub struct PathController<'a> {
     coordinates: Coordinates<'a>,
     limits: FollowLimits,
     /// M, (a, b) per tip in x and y [-].
@@ -52,7 +52,7 @@ pub struct Steering<'a> {
 
 /// A twin whose tip is steered.
 pub struct PathFollower<'a> {
-    steering: Steering<'a>,
+    steering: PathController<'a>,
     plant: Box<dyn Plant + 'a>,
     /// Where it is [m]; none before the first sample.
     tip: Option<[f64; 3]>,
@@ -68,7 +68,7 @@ const MAX_HOME: f64 = 1e6;
 /// Steps of the probe: small enough for the fast iteration.
 const PROBE_STEPS: usize = 50;
 
-impl<'a> Steering<'a> {
+impl<'a> PathController<'a> {
     /// Steers `twin`, sample by sample of `duration` [s], from where it rests without strokes.
     ///
     /// # Errors
@@ -145,7 +145,7 @@ impl<'a> PathFollower<'a> {
     /// `duration` [s].
     ///
     /// # Errors
-    /// Those of [`Steering::new`].
+    /// Those of [`PathController::new`].
     pub fn new(
         twin: &Twin,
         mut plant: Box<dyn Plant + 'a>,
@@ -153,7 +153,7 @@ impl<'a> PathFollower<'a> {
         limits: FollowLimits,
         duration: f64,
     ) -> Result<Self> {
-        let steering = Steering::new(twin, coordinates, limits, duration)?;
+        let steering = PathController::new(twin, coordinates, limits, duration)?;
         let mut strokes = vec![0.0; twin.n_primary];
         coordinates([0.0; 2], &mut strokes);
         settle(twin, &mut *plant, &strokes)?;
@@ -201,7 +201,7 @@ fn effect_of(twin: &Twin, coordinates: Coordinates, amplitude: f64) -> Result<Ma
     let mut strokes = vec![0.0; twin.n_primary];
     for direction in 0..2 {
         for sign in [-1.0, 1.0] {
-            let mut uncorrected = Uncorrected::new(twin);
+            let mut uncorrected = PhysicsTwin::new(twin);
             for i in 1..=PROBE_STEPS {
                 let mut point = [0.0; 2];
                 point[direction] = sign * amplitude * i as f64 / PROBE_STEPS as f64;

@@ -135,13 +135,13 @@ pub(super) fn mean_displacement(parts: &[LinearPart], features: &[f32], terms: &
 pub(super) fn one_or_more<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<LinearPart>, D::Error> {
     #[derive(Deserialize)]
     #[serde(untagged)]
-    enum Parts {
+    enum LinearParts {
         One(LinearPart),
         More(Vec<LinearPart>),
     }
-    Ok(match Parts::deserialize(deserializer)? {
-        Parts::One(part) => vec![part],
-        Parts::More(parts) => parts,
+    Ok(match LinearParts::deserialize(deserializer)? {
+        LinearParts::One(part) => vec![part],
+        LinearParts::More(parts) => parts,
     })
 }
 

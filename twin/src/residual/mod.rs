@@ -1,8 +1,8 @@
 //! The residual network g (CoReAct paper, eqs. 9-11): it learns the auxiliary strokes of CoReAct from what was
 //! commanded, so that the twin shows the robot's hysteresis by itself.
 //!
-//! Two designs. [`Design::Windowed`] is the paper's: a sliding window of strokes and tips in, all auxiliary strokes out,
-//! fitted to s*. [`Design::Recurrent`] goes through whole trajectories with one cell update a sample. It sees the strokes
+//! Two designs. [`ResidualDesign::Windowed`] is the paper's: a sliding window of strokes and tips in, all auxiliary strokes out,
+//! fitted to s*. [`ResidualDesign::Recurrent`] goes through whole trajectories with one cell update a sample. It sees the strokes
 //! through the operators that hysteresis is made of, play and relaxation, gives the tip displacement that is missing
 //! (three numbers: across the robot spread over the tendons, along it added to the tip), and is fitted to the measured
 //! tip through the linearised twin, ∂y/∂s of the identification.
@@ -23,19 +23,19 @@ mod windowed;
 
 use std::path::PathBuf;
 
-use hysteron_learn::{FitReport, FitResult, Network, Progress, Session, Task, fit};
+use hysteron_learn::{FitReport, FitResult, Network, TrainingProgress, TrainingSession, TrainingTask, fit};
 use serde_json::Value;
 
-pub use adapt::{Adapted, Kept, MotionErrors, adapt, n_samples};
+pub use adapt::{Adapted, AdaptedParts, MotionErrors, adapt, n_samples};
 pub use adaptation::{AdaptOptions, Adaptation};
 pub use change::RobotChange;
-pub use decoder::Decoder;
+pub use decoder::StrokeDecoder;
 pub use features::{FeatureSpec, Features};
-pub use follower::{Coordinates, FollowLimits, FollowStep, PathFollower, Steering};
+pub use follower::{Coordinates, FollowLimits, FollowStep, PathController, PathFollower};
 pub use linear::LinearPart;
-pub use model::{Design, ResidualModel};
+pub use model::{ResidualDesign, ResidualModel};
 pub use recurrent::{RecurrentOptions, fit_recurrent};
-pub use rollout::Rollout;
+pub use rollout::CorrectedRollout;
 pub use sequence::{DECODER, Sequence, fit_decoder};
 pub use windowed::{PUBLISHED, fit_windowed};
 
@@ -44,12 +44,12 @@ pub struct Sessions<'a> {
     /// File of each network to go on from, written after every epoch; empty for no files.
     pub files: Vec<PathBuf>,
     /// Gets the progress of a network, by number from 0; ends its training where it returns false.
-    pub progress: &'a (dyn Fn(usize, &Progress) -> bool + Sync),
+    pub progress: &'a (dyn Fn(usize, &TrainingProgress) -> bool + Sync),
 }
 
 /// A trained residual network.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fitted {
+pub struct FittedResidual {
     /// With the best weights.
     pub model: ResidualModel,
     /// How the training of each network went.
@@ -60,15 +60,15 @@ pub struct Fitted {
 
 impl Sessions<'_> {
     /// Trains the network `number`, or goes on with it; see [`fit`].
-    fn fit<T: Task<Network>>(
+    fn fit<T: TrainingTask<Network>>(
         &self,
         number: usize,
         task: &mut T,
         network: Network,
         identity: &Value,
     ) -> Result<FitResult<Network>, T::Error> {
-        let mut progress = |progress: &Progress| (self.progress)(number, progress);
+        let mut progress = |progress: &TrainingProgress| (self.progress)(number, progress);
         let file = self.files.get(number).map(PathBuf::as_path);
-        fit(task, network, identity, &mut Session { file, progress: &mut progress })
+        fit(task, network, identity, &mut TrainingSession { file, progress: &mut progress })
     }
 }

@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::linear::one_or_more;
-use super::{Adaptation, Decoder, FeatureSpec, LinearPart, RobotChange};
+use super::{Adaptation, FeatureSpec, LinearPart, RobotChange, StrokeDecoder};
 use crate::Result;
 
 /// How network and twin go together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Design {
+pub enum ResidualDesign {
     /// The paper's: a sliding window of strokes and tips (eq. 9).
     Windowed {
         /// Samples of a window.
@@ -26,7 +26,7 @@ pub enum Design {
         /// Inputs of the network.
         features: FeatureSpec,
         /// Decoder of its outputs.
-        decoder: Decoder,
+        decoder: StrokeDecoder,
         /// Linear part of the outputs: the mean of these, one for each network that the mean of networks is
         /// made of.
         #[serde(deserialize_with = "one_or_more")]
@@ -44,7 +44,7 @@ pub struct ResidualModel {
     /// Channels that leave.
     pub outputs: Normaliser,
     /// How they are made and used.
-    pub design: Design,
+    pub design: ResidualDesign,
     /// Auxiliary tendons that it drives.
     pub n_aux: usize,
     /// Duration of a sample [s].
@@ -120,8 +120,8 @@ impl ResidualModel {
     fn check_parts(&self) -> std::result::Result<(), BadInput> {
         let (n_in, n_out) = (self.inputs.channels.len(), self.outputs.channels.len());
         let sizes = match &self.design {
-            Design::Recurrent { features, .. } => vec![("n_primary", features.n_primary)],
-            Design::Windowed { window } => vec![("window", *window)],
+            ResidualDesign::Recurrent { features, .. } => vec![("n_primary", features.n_primary)],
+            ResidualDesign::Windowed { window } => vec![("window", *window)],
         };
         for (part, size) in [("n_aux", self.n_aux)].into_iter().chain(sizes) {
             if !(1..=MAX_SIZE).contains(&size) {
@@ -132,14 +132,14 @@ impl ResidualModel {
             Err(BadInput::new("channels", expected, format!("{n_in} inputs and {n_out} outputs")))
         };
         let parts = match &self.design {
-            Design::Windowed { .. } if n_in <= 3 || n_out != self.n_aux => {
+            ResidualDesign::Windowed { .. } if n_in <= 3 || n_out != self.n_aux => {
                 return channels(format!("strokes and 3 axes of the tip in, {} strokes out", self.n_aux));
             }
-            Design::Windowed { .. } => [true, true, true, self.adaptation.is_none()],
-            Design::Recurrent { features, .. } if (n_in, n_out) != (features.len(), 3) => {
+            ResidualDesign::Windowed { .. } => [true, true, true, self.adaptation.is_none()],
+            ResidualDesign::Recurrent { features, .. } if (n_in, n_out) != (features.len(), 3) => {
                 return channels(format!("{} inputs and 3 outputs", features.len()));
             }
-            Design::Recurrent { features, decoder, linear } => [
+            ResidualDesign::Recurrent { features, decoder, linear } => [
                 features.is_valid(),
                 decoder.fits(features.n_primary, self.n_aux),
                 !linear.is_empty()
@@ -158,8 +158,8 @@ impl ResidualModel {
         ];
         if let Some(change) = &self.change {
             change.check(match &self.design {
-                Design::Recurrent { features, .. } => features.n_primary,
-                Design::Windowed { .. } => n_in - 3,
+                ResidualDesign::Recurrent { features, .. } => features.n_primary,
+                ResidualDesign::Windowed { .. } => n_in - 3,
             })?;
         }
         match parts.into_iter().chain(rest).zip(names).find(|(fits, _)| !fits) {
@@ -174,8 +174,8 @@ impl ResidualModel {
     /// `BadInput` saying which.
     pub fn check(&self, n_primary: usize, n_aux: usize, step: f64) -> std::result::Result<(), BadInput> {
         let trained = match &self.design {
-            Design::Recurrent { features, .. } => features.n_primary,
-            Design::Windowed { .. } => self.inputs.channels.len() - 3,
+            ResidualDesign::Recurrent { features, .. } => features.n_primary,
+            ResidualDesign::Windowed { .. } => self.inputs.channels.len() - 3,
         };
         if (trained, self.n_aux) != (n_primary, n_aux) {
             let expected = format!("{trained} tendons and {} auxiliary ones, as the network has", self.n_aux);
@@ -193,7 +193,7 @@ impl ResidualModel {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
-    use hysteron_learn::{Architecture, ChannelRange, Head};
+    use hysteron_learn::{Architecture, ChannelRange, HeadActivation};
 
     use super::*;
 
@@ -206,7 +206,7 @@ mod tests {
             hidden: 2,
             layers: 1,
             outputs: 2,
-            head: Head::Tanh,
+            head: HeadActivation::Tanh,
             dropout: 0.0,
         };
         let mut details = json!({

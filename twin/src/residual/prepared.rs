@@ -8,11 +8,11 @@ use hysteron_learn::{Evaluation, Normaliser, Sequences};
 
 use super::decoder::Decoding;
 use super::linear::Equation;
-use super::{Decoder, FeatureSpec, Features, LinearPart, Sequence};
+use super::{FeatureSpec, Features, LinearPart, Sequence, StrokeDecoder};
 
 /// Ranges of the missing tip displacement that the linear part does not predict.
 pub(super) fn output_ranges(
-    trajectories: &[&Linearised],
+    trajectories: &[&LinearisedTrajectory],
     linear: &LinearPart,
 ) -> std::result::Result<Normaliser, BadInput> {
     let (mut samples, mut terms) = (Vec::new(), Vec::new());
@@ -32,7 +32,7 @@ pub(super) fn output_ranges(
 }
 
 /// A trajectory near the identified strokes, in the coordinates of the decoder.
-pub(super) struct Linearised {
+pub(super) struct LinearisedTrajectory {
     /// Normalised features of the strokes (n × n_of_strokes).
     features: Vec<f32>,
     n_features: usize,
@@ -46,8 +46,13 @@ pub(super) struct Linearised {
     gap: Vec<bool>,
 }
 
-impl Linearised {
-    pub fn new(sequence: &Sequence, spec: &FeatureSpec, decoder: &Decoder, inputs: &Normaliser) -> Self {
+impl LinearisedTrajectory {
+    pub fn new(
+        sequence: &Sequence,
+        spec: &FeatureSpec,
+        decoder: &StrokeDecoder,
+        inputs: &Normaliser,
+    ) -> Self {
         let (n, n_features) = (sequence.len(), spec.n_of_strokes());
         let mut features = Features::new(spec);
         let (mut row, mut normalised) = (Vec::new(), vec![0.0f32; spec.len()]);
@@ -119,7 +124,7 @@ fn by(axis: &[f64], strokes: impl Iterator<Item = f64>) -> f64 {
 
 /// A trajectory as arrays of the network.
 #[derive(Clone)]
-pub(super) struct Prepared {
+pub(super) struct PreparedTrajectory {
     /// Normalised features of the strokes (n × n_of_strokes).
     features: Vec<f32>,
     /// Tip where the network's output is zero, y* - G s*, less the measured one (n) [mm].
@@ -137,14 +142,14 @@ pub(super) struct Prepared {
 }
 
 pub(super) fn prepare(
-    one: &Linearised,
+    one: &LinearisedTrajectory,
     spec: &FeatureSpec,
     linear: &LinearPart,
     inputs: &Normaliser,
     outputs: &Normaliser,
-) -> Prepared {
+) -> PreparedTrajectory {
     let (n, mut terms) = (one.gap.len(), Vec::new());
-    let mut prepared = Prepared {
+    let mut prepared = PreparedTrajectory {
         features: one.features.clone(),
         offset: Vec::with_capacity(n),
         gain: Vec::with_capacity(n),
@@ -175,7 +180,7 @@ pub(super) fn prepare(
 /// Trajectories side by side, for one network. The tip that it sees is its own of the pass before (measured at first): once the
 /// weights settle, that is its own feedback.
 pub(super) struct TipSequences<'a> {
-    sequences: Vec<Prepared>,
+    sequences: Vec<PreparedTrajectory>,
     spec: &'a FeatureSpec,
     /// Widths of the noise on normalised features [-] and on the tip [mm].
     widths: [f32; 2],
@@ -183,7 +188,7 @@ pub(super) struct TipSequences<'a> {
 
 impl<'a> TipSequences<'a> {
     /// `noise`: the width of that on normalised features [-], and the standard deviation of that on the tip [m].
-    pub fn new(sequences: Vec<Prepared>, spec: &'a FeatureSpec, noise: [f64; 2]) -> Self {
+    pub fn new(sequences: Vec<PreparedTrajectory>, spec: &'a FeatureSpec, noise: [f64; 2]) -> Self {
         let of_tip = (1e3 * noise[1] * 12f64.sqrt()) as f32;
         Self { sequences, spec, widths: [noise[0] as f32, of_tip] }
     }

@@ -11,9 +11,12 @@ use hysteron_learn::{
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
-use super::prepared::{Linearised, TipSequences, output_ranges, prepare};
+use super::prepared::{LinearisedTrajectory, TipSequences, output_ranges, prepare};
 use super::sequence::{first_of_one_robot, fit_decoder, names};
-use super::{Decoder, Design, FeatureSpec, Features, Fitted, LinearPart, ResidualModel, Sequence, Sessions};
+use super::{
+    FeatureSpec, Features, FittedResidual, LinearPart, ResidualDesign, ResidualModel, Sequence, Sessions,
+    StrokeDecoder,
+};
 use crate::Result;
 
 /// How to train.
@@ -72,7 +75,7 @@ pub fn fit_recurrent(
     scene_hash: &str,
     options: &RecurrentOptions,
     sessions: &Sessions<'_>,
-) -> Result<Fitted> {
+) -> Result<FittedResidual> {
     options.learning.check()?;
     let first = first_of_one_robot(sequences, sequences)?;
     let shared = shared(sequences, held_out);
@@ -91,10 +94,10 @@ pub fn fit_recurrent(
     let n_networks = held_out.len().min(rayon::current_num_threads());
     let architecture = options.learning.architecture(spec.len(), 3);
     architecture.check_training([options.learning.truncation, sequences.len()], n_networks)?;
-    let setting = Setting { sequences, scene_hash, options, sessions, spec: &spec, decoder: &decoder };
+    let setting = NetworkInputs { sequences, scene_hash, options, sessions, spec: &spec, decoder: &decoder };
     let numbered: Vec<_> = held_out.iter().enumerate().collect();
     let members = parallel::try_map(&numbered, |(number, held_out)| setting.member(*number, held_out))?;
-    let parts = members.iter().map(|Trained { result, inputs, outputs, .. }| Member {
+    let parts = members.iter().map(|TrainedNetwork { result, inputs, outputs, .. }| Member {
         network: &result.model,
         inputs,
         outputs,
@@ -117,13 +120,13 @@ pub fn fit_recurrent(
         outputs,
         n_aux: first.auxiliary.len(),
         step_s: spec.step_s,
-        design: Design::Recurrent { features: spec, decoder, linear },
+        design: ResidualDesign::Recurrent { features: spec, decoder, linear },
         scene_hash: scene_hash.to_owned(),
         change: None,
         adaptation: None,
         training: json!({ "options": options, "sequences": names(sequences), "members": summaries }),
     };
-    Ok(Fitted { model, reports, is_finished })
+    Ok(FittedResidual { model, reports, is_finished })
 }
 
 /// Sequences that no network holds out, or all where there is none.
@@ -135,17 +138,17 @@ fn shared(sequences: &[Sequence], held_out: &[Vec<usize>]) -> Vec<Sequence> {
 }
 
 /// Inputs common to all networks.
-struct Setting<'a> {
+struct NetworkInputs<'a> {
     sequences: &'a [Sequence],
     scene_hash: &'a str,
     options: &'a RecurrentOptions,
     sessions: &'a Sessions<'a>,
     spec: &'a FeatureSpec,
-    decoder: &'a Decoder,
+    decoder: &'a StrokeDecoder,
 }
 
 /// One network and what it was fitted with.
-struct Trained {
+struct TrainedNetwork {
     result: FitResult<Network>,
     inputs: Normaliser,
     outputs: Normaliser,
@@ -153,9 +156,9 @@ struct Trained {
     report: FitReport,
 }
 
-impl Setting<'_> {
+impl NetworkInputs<'_> {
     /// Fits ranges, linear part and network to all sequences but those `held_out`.
-    fn member(&self, number: usize, held_out: &[usize]) -> Result<Trained> {
+    fn member(&self, number: usize, held_out: &[usize]) -> Result<TrainedNetwork> {
         let Self { sequences, options, spec, .. } = *self;
         let (validation, training): (Vec<usize>, Vec<usize>) =
             (0..sequences.len()).partition(|k| held_out.contains(k));
@@ -167,8 +170,9 @@ impl Setting<'_> {
             indices.iter().map(|&k| sequences[k].name.clone()).collect()
         };
         let inputs = input_ranges(training.iter().map(|&k| &sequences[k]), spec)?;
-        let linearise = |sequence: &Sequence| Linearised::new(sequence, spec, self.decoder, &inputs);
-        let all: Vec<Linearised> = parallel::map(sequences, linearise);
+        let linearise =
+            |sequence: &Sequence| LinearisedTrajectory::new(sequence, spec, self.decoder, &inputs);
+        let all: Vec<LinearisedTrajectory> = parallel::map(sequences, linearise);
         let linear = LinearPart::fit(
             spec.n_primary,
             spec.n_of_strokes(),
@@ -202,7 +206,7 @@ impl Setting<'_> {
             methods: ["twin alone", "linear part alone", "network"].map(str::to_owned).to_vec(),
             channels: channel_errors(baselines, &task.evaluate(&result.model)?.squares),
         };
-        Ok(Trained { result, inputs, outputs, linear, report })
+        Ok(TrainedNetwork { result, inputs, outputs, linear, report })
     }
 }
 

@@ -9,8 +9,11 @@ use super::adaptation::terms_into;
 use super::change::ChangedStrokes;
 use super::decoder::Decoding;
 use super::linear::mean_displacement;
-use super::{Design, Features, ResidualModel};
-use crate::coreact::{Auxiliary, AuxiliaryPolicy, Goal, Step, allowed_strokes, distance, sensitivity};
+use super::{Features, ResidualDesign, ResidualModel};
+use crate::coreact::{
+    AuxiliaryLimits, AuxiliaryPolicy, IdentifiedSample, TipMeasurement, allowed_strokes, distance,
+    sensitivity,
+};
 use crate::friction_points::FrictionPoints;
 use crate::model::{Target, Twin};
 use crate::plant::{Plant, PlantStep};
@@ -19,10 +22,10 @@ use crate::{Result, TipResponse, TwinState};
 
 /// A twin with its residual network.
 #[derive(Debug, Clone)]
-pub struct Rollout<'a> {
+pub struct CorrectedRollout<'a> {
     /// With the friction that the robot has now.
     twin: Cow<'a, Twin>,
-    auxiliary: &'a Auxiliary,
+    auxiliary: &'a AuxiliaryLimits,
     model: &'a ResidualModel,
     predictor: Predictor<'a>,
     features: Option<Features>,
@@ -41,14 +44,14 @@ pub struct Rollout<'a> {
     primary: Vec<f64>,
 }
 
-impl<'a> Rollout<'a> {
+impl<'a> CorrectedRollout<'a> {
     /// Starts from rest.
     ///
     /// # Errors
     /// The model was trained for another robot or rate.
     pub fn new(
         twin: &'a Twin,
-        auxiliary: &'a Auxiliary,
+        auxiliary: &'a AuxiliaryLimits,
         model: &'a ResidualModel,
         step: f64,
     ) -> std::result::Result<Self, BadInput> {
@@ -59,11 +62,13 @@ impl<'a> Rollout<'a> {
         };
         let ranges = [&model.inputs, &model.outputs];
         let (features, predictor) = match &model.design {
-            Design::Recurrent { features, .. } => {
+            ResidualDesign::Recurrent { features, .. } => {
                 let predictor = Predictor::recurrent(&model.network, ranges, WeightFormat::Float32);
                 (Some(Features::new(features)), predictor)
             }
-            Design::Windowed { window } => (None, Predictor::windowed(&model.network, ranges, *window)),
+            ResidualDesign::Windowed { window } => {
+                (None, Predictor::windowed(&model.network, ranges, *window))
+            }
         };
         Ok(Self {
             tip: twin.tip_of(&twin.rest()),
@@ -99,7 +104,7 @@ impl<'a> Rollout<'a> {
         let allowed = allowed_strokes(self.auxiliary, &self.strokes, self.model.step_s);
         let mut along = 0.0;
         match &self.model.design {
-            Design::Recurrent { features, decoder, linear } => {
+            ResidualDesign::Recurrent { features, decoder, linear } => {
                 let [x, y, z] = self.outputs[..] else {
                     return Err(three_outputs(self.outputs.len()).into());
                 };
@@ -112,7 +117,7 @@ impl<'a> Rollout<'a> {
                 decoder.strokes_into(&self.primary, across, &mut self.decoding, &mut self.strokes);
                 along = z + lz + dz;
             }
-            Design::Windowed { .. } => self.strokes.copy_from_slice(&self.outputs),
+            ResidualDesign::Windowed { .. } => self.strokes.copy_from_slice(&self.outputs),
         }
         for (stroke, allowed) in self.strokes.iter_mut().zip(&allowed) {
             *stroke = allowed.clamp(*stroke);
@@ -121,7 +126,7 @@ impl<'a> Rollout<'a> {
     }
 }
 
-impl Plant for Rollout<'_> {
+impl Plant for CorrectedRollout<'_> {
     fn step(&mut self, commanded: &[f64]) -> Result<PlantStep> {
         match &mut self.changed {
             Some(changed) => changed.follow_into(commanded, &mut self.primary),
@@ -129,7 +134,7 @@ impl Plant for Rollout<'_> {
         }
         self.inputs.clear();
         let sees_tip = match (&self.model.design, &mut self.features) {
-            (Design::Recurrent { features: spec, .. }, Some(features)) => {
+            (ResidualDesign::Recurrent { features: spec, .. }, Some(features)) => {
                 features.append(&self.primary, &mut self.inputs);
                 spec.feedback
             }
@@ -159,12 +164,17 @@ impl Plant for Rollout<'_> {
     }
 }
 
-impl AuxiliaryPolicy for Rollout<'_> {
-    fn step(&mut self, primary: &[f64], goal: Option<&Goal>, _duration: f64) -> Result<Step> {
+impl AuxiliaryPolicy for CorrectedRollout<'_> {
+    fn step(
+        &mut self,
+        primary: &[f64],
+        goal: Option<&TipMeasurement>,
+        _duration: f64,
+    ) -> Result<IdentifiedSample> {
         let reported = Plant::step(self, primary)?.tip;
         let distance = goal.map_or(0.0, |goal| distance(goal.position, reported));
         let tip = self.twin.tip_of(self.stepper.state());
-        Ok(Step { tip, distance, statuses: Vec::new(), bounds: vec![None; self.strokes.len()] })
+        Ok(IdentifiedSample { tip, distance, statuses: Vec::new(), bounds: vec![None; self.strokes.len()] })
     }
 
     fn strokes(&self) -> &[f64] {

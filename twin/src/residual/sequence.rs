@@ -2,7 +2,7 @@
 
 use hysteron_base::{BadInput, Recording, file, json};
 
-use super::Decoder;
+use super::StrokeDecoder;
 
 /// Key of a recording's metadata with the decoder of the network that chose its auxiliary strokes.
 pub const DECODER: &str = "identify.decoder";
@@ -27,7 +27,7 @@ pub struct Sequence {
     /// True where the tip was filled in (n_samples).
     pub gap: Vec<bool>,
     /// That of the network which chose the strokes, if one did.
-    pub decoder: Option<Decoder>,
+    pub decoder: Option<StrokeDecoder>,
     /// Sensitivities, see [`crate::coreact::Identification`]; (axis, tendon) series at a lower rate [-].
     sensitivities: [Vec<Vec<f64>>; 3],
     /// Samples per row of the sensitivities.
@@ -58,7 +58,7 @@ impl Sequence {
         let decoder = recording.meta().extra.get(DECODER).map(json::from_text).transpose();
         let decoder = decoder
             .map_err(|error| BadInput::new(format!("{name}: {DECODER}"), "a decoder", error.to_string()))?;
-        if decoder.as_ref().is_some_and(|it: &Decoder| !it.fits(strokes.len(), auxiliary.len())) {
+        if decoder.as_ref().is_some_and(|it: &StrokeDecoder| !it.fits(strokes.len(), auxiliary.len())) {
             return Err(BadInput::new(format!("{name}: {DECODER}"), "that of these tendons", "another")
                 .hint("identify the recording again"));
         }
@@ -145,10 +145,10 @@ impl Sequence {
 ///
 /// # Errors
 /// Sensitivities that are not finite.
-pub fn fit_decoder(sequences: &[Sequence]) -> Result<Decoder, BadInput> {
+pub fn fit_decoder(sequences: &[Sequence]) -> Result<StrokeDecoder, BadInput> {
     let sizes = sequences.first().map_or([0; 2], |first| [first.n_primary, first.auxiliary.len()]);
     let strokes = sequences.iter().flat_map(|one| one.strokes.chunks_exact(one.n_primary));
-    Decoder::fit(sizes, strokes, sequences.iter().flat_map(Sequence::sensitivities))
+    StrokeDecoder::fit(sizes, strokes, sequences.iter().flat_map(Sequence::sensitivities))
 }
 
 /// The first training sequence, after making sure that all are of one robot and identified in one way.

@@ -3,12 +3,12 @@
 
 use hysteron_base::{BadInput, json};
 use hysteron_learn::{
-    ChannelErrors, ChannelRange, FitReport, FitResult, Head, Network, Normaliser, WindowOptions, WindowTask,
-    WindowedSequence,
+    ChannelErrors, ChannelRange, FitReport, FitResult, HeadActivation, Network, Normaliser, WindowOptions,
+    WindowTask, WindowedSequence,
 };
 
 use super::sequence::{first_of_one_robot, names};
-use super::{Design, Fitted, ResidualModel, Sequence, Sessions};
+use super::{FittedResidual, ResidualDesign, ResidualModel, Sequence, Sessions};
 use crate::Result;
 
 /// As published; the step size does not decay.
@@ -40,7 +40,7 @@ pub fn fit_windowed(
     scene_hash: &str,
     options: &WindowOptions,
     sessions: &Sessions<'_>,
-) -> Result<Fitted> {
+) -> Result<FittedResidual> {
     options.check()?;
     let first = first_of_one_robot(training, held_out)?;
     if first.decoder.is_some() {
@@ -53,7 +53,7 @@ pub fn fit_windowed(
     let paths = [training, held_out]
         .map(|sequences| sequences.iter().map(|one| normalised(one, &inputs, &outputs)).collect());
     let n_aux = outputs.channels.len();
-    let architecture = options.architecture(inputs.channels.len(), n_aux, Head::Tanh);
+    let architecture = options.architecture(inputs.channels.len(), n_aux, HeadActivation::Tanh);
     let hashes: Vec<String> = training.iter().chain(held_out).map(Sequence::hash).collect();
     let mut identity = json!({
         "scene": scene_hash, "options": options, "trained_on": names(training), "held_out": names(held_out),
@@ -71,7 +71,7 @@ pub fn fit_windowed(
         network: result.model,
         inputs,
         outputs,
-        design: Design::Windowed { window: options.window },
+        design: ResidualDesign::Windowed { window: options.window },
         n_aux,
         step_s: first.step,
         scene_hash: scene_hash.to_owned(),
@@ -79,7 +79,7 @@ pub fn fit_windowed(
         adaptation: None,
         training: identity,
     };
-    Ok(Fitted { model, reports: vec![report], is_finished: result.is_finished })
+    Ok(FittedResidual { model, reports: vec![report], is_finished: result.is_finished })
 }
 
 /// Errors of the auxiliary strokes compared with strokes of zero, the twin alone. `squares` are the network's

@@ -13,7 +13,7 @@ type Check<T> = std::result::Result<T, BadInput>;
 
 /// Observations of a recording: robot compared with twin.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Observed {
+pub struct RecordingObservations {
     /// For messages.
     pub name: String,
     /// Sample by sample.
@@ -24,7 +24,7 @@ pub struct Observed {
 #[derive(Debug, Clone, PartialEq)]
 pub struct KnownForce {
     /// Observations.
-    pub observed: Observed,
+    pub observed: RecordingObservations,
     /// Force on the tip, sample by sample [N].
     pub force: Vec<Vector3<f64>>,
 }
@@ -61,7 +61,7 @@ const TAIL: f64 = 0.2;
 /// # Errors
 /// Too little motion or rest, or tendons that never go slack.
 pub fn fit_sensor(
-    free: &[Observed],
+    free: &[RecordingObservations],
     known: &[KnownForce],
     servo: Option<(f64, f64)>,
     period: f64,
@@ -81,9 +81,9 @@ pub fn fit_sensor(
 }
 
 /// Friction of the servos, from steady motion of tendons that are slack in the twin.
-fn friction(free: &[Observed], stall_torque: f64, radius: f64) -> Check<LoadModel> {
+fn friction(free: &[RecordingObservations], stall_torque: f64, radius: f64) -> Check<LoadModel> {
     let (mut velocity, mut load) = (Vec::new(), Vec::new());
-    for Observed { samples, .. } in free {
+    for RecordingObservations { samples, .. } in free {
         for i in SLACK..samples.len().saturating_sub(SLACK) {
             for (j, steady) in samples[i].steady.iter().enumerate() {
                 let Some(steady) = steady else { continue };
@@ -99,7 +99,7 @@ fn friction(free: &[Observed], stall_torque: f64, radius: f64) -> Check<LoadMode
 }
 
 /// Scale of the twin's forces, and errors of its tensions and of the loads.
-fn tension_errors(free: &[Observed], load: Option<&LoadModel>, period: f64) -> TensionErrors {
+fn tension_errors(free: &[RecordingObservations], load: Option<&LoadModel>, period: f64) -> TensionErrors {
     // Without loads nothing is known but that twins err.
     let unknown = TensionErrors { force_scale: 1.0, walk_sqrt_n: 0.5, model_n: 5.0, load_n: 1.0 };
     let Some(load) = load else { return unknown };
@@ -120,7 +120,7 @@ fn tension_errors(free: &[Observed], load: Option<&LoadModel>, period: f64) -> T
     // Changes from one sample to the next are the loads' noise; those within a second are the twin's.
     let (mut next, mut later, mut changed) = (Vec::new(), Vec::new(), 0.0);
     let second = (1.0 / period).round() as usize;
-    for Observed { samples, .. } in free {
+    for RecordingObservations { samples, .. } in free {
         for j in 0..samples.first().map_or(0, |sample| sample.tensions.len()) {
             let at = |i: usize| samples.get(i).and_then(|sample| sample.steady[j].as_ref()).map(error);
             for i in 0..samples.len() {
@@ -149,7 +149,7 @@ fn stiffness(known: &[KnownForce], period: f64) -> Option<(f64, f64)> {
     let samples_of = |time: f64| (time / period).round() as usize;
     let ([first, last], n_before) = (AFTER_JUMP.map(samples_of), samples_of(BEFORE_JUMP).max(1));
     let mut jumps: Vec<(Vector3<f64>, Vector3<f64>)> = Vec::new();
-    for KnownForce { observed: Observed { samples, .. }, force } in known {
+    for KnownForce { observed: RecordingObservations { samples, .. }, force } in known {
         let mean = |range: std::ops::Range<usize>| {
             let n = range.len() as f64;
             Some(samples[range].iter().map(|sample| sample.gap).sum::<Option<Vector3<f64>>>()? / n)
@@ -189,9 +189,9 @@ struct Changes {
 }
 
 impl Changes {
-    fn of(free: &[Observed], period: f64) -> Self {
+    fn of(free: &[RecordingObservations], period: f64) -> Self {
         let mut pairs = Vec::new();
-        for Observed { samples, .. } in free {
+        for RecordingObservations { samples, .. } in free {
             let mut path = 0.0;
             let paths: Vec<f64> = samples
                 .iter()
@@ -224,7 +224,7 @@ impl Changes {
 }
 
 /// Errors of the tip without contact; the threshold is still missing.
-fn tip_errors(free: &[Observed], period: f64) -> Check<TipErrors> {
+fn tip_errors(free: &[RecordingObservations], period: f64) -> Check<TipErrors> {
     let changes = Changes::of(free, period);
     let at_rest = |lag: f64| changes.mean(|path, of| path < AT_REST && of == lag);
     let ((short, n_short), (long, n_long)) = (at_rest(LAGS[0]), at_rest(LAGS[3]));
@@ -275,7 +275,7 @@ fn tip_errors(free: &[Observed], period: f64) -> Check<TipErrors> {
     let (_, length_m, model_m) =
         lengths.map(fit).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_else(|| fit(2e-3));
     let offset = |c: usize| {
-        let of_one = |observed: &Observed| {
+        let of_one = |observed: &RecordingObservations| {
             let gaps: Vec<f64> = observed.samples.iter().filter_map(|s| s.gap.map(|gap| gap[c])).collect();
             (gaps.iter().sum::<f64>() / gaps.len().max(1) as f64).powi(2)
         };
@@ -296,11 +296,11 @@ fn tip_errors(free: &[Observed], period: f64) -> Check<TipErrors> {
 }
 
 /// Random walks of the gap over the path, along the tip's motion and across it [√m].
-fn walks(free: &[Observed], noise: &[f64; 3], period: f64) -> [f64; 2] {
+fn walks(free: &[RecordingObservations], noise: &[f64; 3], period: f64) -> [f64; 2] {
     let [n_change, n_direction] = [CHANGE, DIRECTION].map(|time| (time / period).round() as usize);
     let noise = noise.iter().map(|noise| noise * noise).sum::<f64>() / 3.0;
     let (mut grown, mut pulled) = ([0.0; 2], 0.0);
-    for Observed { samples, .. } in free {
+    for RecordingObservations { samples, .. } in free {
         for i in n_direction..samples.len() {
             let path: f64 = samples[i + 1 - n_change..=i].iter().map(|sample| sample.path).sum();
             let (before, after) = (samples[i - n_change].gap, samples[i].gap);
@@ -321,11 +321,16 @@ fn walks(free: &[Observed], noise: &[f64; 3], period: f64) -> [f64; 2] {
 }
 
 /// Statistics that motion without contact passes once an hour, by classes of speed: their largest values fall off exponentially.
-fn thresholds(free: &[Observed], errors: &TipErrors, stiffness_scale: f64, period: f64) -> Check<[f64; 4]> {
+fn thresholds(
+    free: &[RecordingObservations],
+    errors: &TipErrors,
+    stiffness_scale: f64,
+    period: f64,
+) -> Check<[f64; 4]> {
     let n_block = (BLOCK / period).round() as usize;
     let mut largest: [Vec<f64>; 4] = Default::default();
     let mut n_samples = 0;
-    for Observed { samples, .. } in free {
+    for RecordingObservations { samples, .. } in free {
         n_samples += samples.len();
         let mut filter = TipForceFilter::new(*errors, period);
         for block in samples.chunks(n_block) {

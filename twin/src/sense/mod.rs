@@ -12,8 +12,8 @@ mod sensor;
 mod tension;
 mod tip_force;
 
-pub use fit::{KnownForce, Observed, fit_sensor};
-pub use observer::{Observation, Observer, SenseSample, Steady};
-pub use sensor::{ForceSensor, Sensed, Sensing, ServoLoad};
+pub use fit::{KnownForce, RecordingObservations, fit_sensor};
+pub use observer::{Observation, SenseSample, Steady, TwinObserver};
+pub use sensor::{ForceSensor, SensedSample, ServoLoad, TendonSensing};
 pub use tension::{TensionErrors, TensionFilter};
 pub use tip_force::{TipErrors, TipForceEstimate, TipForceFilter, TipSample};

@@ -56,7 +56,7 @@ const RESPONSE_TIME: f64 = 0.5;
 const LOAD_DELAY: f64 = 0.02;
 
 /// Goes through samples with the twin.
-pub struct Observer<'a> {
+pub struct TwinObserver<'a> {
     plant: Box<dyn Plant + 'a>,
     period: f64,
     motions: Vec<SteadyMotion>,
@@ -68,7 +68,7 @@ pub struct Observer<'a> {
     aged: [f64; 2],
 }
 
-impl<'a> Observer<'a> {
+impl<'a> TwinObserver<'a> {
     /// Brings `plant`, a simulation with `twin` that has just been made, to rest under the strokes of the first sample.
     ///
     /// # Errors

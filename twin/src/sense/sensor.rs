@@ -5,7 +5,7 @@ use hysteron_base::BadInput;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::observer::{Observation, Observer, SenseSample, Steady};
+use super::observer::{Observation, SenseSample, Steady, TwinObserver};
 use super::tension::{TensionErrors, TensionFilter};
 use super::tip_force::{TipErrors, TipForceEstimate, TipForceFilter, TipSample};
 use crate::Result;
@@ -74,7 +74,7 @@ pub struct ForceSensor {
 
 /// Estimates of one sample.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sensed {
+pub struct SensedSample {
     /// Tension at each pulley and its standard error (n_primary) [N].
     pub tensions: Vec<(f64, f64)>,
     /// Force on the tip.
@@ -82,7 +82,7 @@ pub struct Sensed {
 }
 
 /// Estimates tensions and the force on the tip, sample by sample.
-pub struct Sensing {
+pub struct TendonSensing {
     sensor: ForceSensor,
     load: Option<LoadModel>,
     tensions: Vec<TensionFilter>,
@@ -138,7 +138,7 @@ impl ForceSensor {
     }
 }
 
-impl Sensing {
+impl TendonSensing {
     /// Of a robot with `n_primary` tendons, without contact at first.
     ///
     /// # Errors
@@ -154,7 +154,7 @@ impl Sensing {
     }
 
     /// Goes on by what was observed in a sample.
-    pub fn step(&mut self, seen: &Observation) -> Sensed {
+    pub fn step(&mut self, seen: &Observation) -> SensedSample {
         let load = self.load;
         let measured = |steady: &Option<Steady>| {
             let steady = (*steady)?;
@@ -163,14 +163,18 @@ impl Sensing {
         let tensions = self.tensions.iter_mut().zip(&seen.tensions).zip(&seen.steady);
         let tensions =
             tensions.map(|((filter, twin), steady)| filter.step(*twin, measured(steady))).collect();
-        Sensed { tensions, tip: self.tip.step(&TipSample::of(seen, self.sensor.stiffness_scale)) }
+        SensedSample { tensions, tip: self.tip.step(&TipSample::of(seen, self.sensor.stiffness_scale)) }
     }
 
     /// Compares a sample with the twin, and goes on by it. Also returns the tip without contact [m].
     ///
     /// # Errors
     /// The twin has no equilibrium under its strokes.
-    pub fn sense(&mut self, observer: &mut Observer, sample: &SenseSample) -> Result<(Sensed, Vector3<f64>)> {
+    pub fn sense(
+        &mut self,
+        observer: &mut TwinObserver,
+        sample: &SenseSample,
+    ) -> Result<(SensedSample, Vector3<f64>)> {
         let seen = observer.step(sample)?;
         Ok((self.step(&seen), seen.free_tip))
     }

@@ -19,7 +19,7 @@ use std::collections::VecDeque;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use serde::{Deserialize, Serialize};
 
-type State = SVector<f64, 6>;
+type ForceState = SVector<f64, 6>;
 type Covariance = SMatrix<f64, 6, 6>;
 
 /// How far a tip without contact strays from the twin's.
@@ -126,13 +126,13 @@ struct Past {
     sample: TipSample,
     /// All of the path up to it [m].
     path: f64,
-    state: State,
+    state: ForceState,
     covariance: Covariance,
 }
 
 /// A change of the gap that is looked at.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Change {
+struct GapChange {
     /// Its size in standard deviations of one without a change of force.
     statistic: f64,
     /// [m]
@@ -155,7 +155,7 @@ pub struct TipForceFilter {
     errors: TipErrors,
     period: f64,
     /// F, then b.
-    state: State,
+    state: ForceState,
     covariance: Covariance,
     is_contact: bool,
     quiet: f64,
@@ -170,7 +170,7 @@ impl TipForceFilter {
         let mut filter = Self {
             errors,
             period,
-            state: State::zeros(),
+            state: ForceState::zeros(),
             covariance: Covariance::zeros(),
             is_contact: false,
             quiet: 0.0,
@@ -272,7 +272,7 @@ impl TipForceFilter {
     }
 
     /// The less usual change over the lags.
-    fn change(&self) -> Option<Change> {
+    fn change(&self) -> Option<GapChange> {
         let (now, force) = (self.past.front()?, self.force());
         let (mean, direction, n) = (self.mean_gap(0)?, self.direction(), self.samples(MEAN));
         let of_lag = |lag: f64| {
@@ -282,12 +282,12 @@ impl TipForceFilter {
             let size = mean - self.mean_gap(back)? - (now.sample.response - then.sample.response) * force;
             let usual = 2.0 / n as f64 * self.errors.noise() + self.errors.change(pulled, &direction, lag);
             let statistic = size.dot(&(usual.try_inverse()? * size)).sqrt();
-            Some(Change { statistic, size, usual })
+            Some(GapChange { statistic, size, usual })
         };
         LAGS.into_iter().filter_map(of_lag).max_by(|a, b| a.statistic.total_cmp(&b.statistic))
     }
 
-    fn explain(&mut self, change: &Change, response: &Matrix3<f64>) {
+    fn explain(&mut self, change: &GapChange, response: &Matrix3<f64>) {
         if !self.is_contact {
             if change.statistic > self.errors.thresholds[self.class()] {
                 self.take_back(change, &fresh(response));
@@ -310,7 +310,7 @@ impl TipForceFilter {
     }
 
     /// Restores the estimate of b before a change, and lets F have this covariance.
-    fn take_back(&mut self, change: &Change, force: &Matrix3<f64>) {
+    fn take_back(&mut self, change: &GapChange, force: &Matrix3<f64>) {
         self.quiet = QUIET;
         let index = self.samples(BEFORE).min(self.past.len() - 1);
         let (Some(before), Some(now)) = (self.past.get(index), self.past.front()) else { return };
@@ -327,7 +327,7 @@ impl TipForceFilter {
     }
 
     /// The likeliest explanation of a change during a contact.
-    fn explanation(&self, change: &Change, response: &Matrix3<f64>) -> Explanation {
+    fn explanation(&self, change: &GapChange, response: &Matrix3<f64>) -> Explanation {
         let known: Matrix3<f64> = self.covariance.fixed_view::<3, 3>(0, 0).into();
         let held = response * self.force();
         let wrong = self.errors.response * held;

@@ -1,10 +1,11 @@
 //! A twin finds how its robot has changed, and nothing where it has not.
 
 use hysteron_base::{Channel, Metadata, Recording, rng};
-use hysteron_learn::{Architecture, ChannelRange, Head, Network, Normaliser};
-use hysteron_twin::coreact::Auxiliary;
+use hysteron_learn::{Architecture, ChannelRange, HeadActivation, Network, Normaliser};
+use hysteron_twin::coreact::AuxiliaryLimits;
 use hysteron_twin::residual::{
-    AdaptOptions, Adapted, Design, Kept, ResidualModel, RobotChange, Rollout, adapt, n_samples,
+    AdaptOptions, Adapted, AdaptedParts, CorrectedRollout, ResidualDesign, ResidualModel, RobotChange, adapt,
+    n_samples,
 };
 use hysteron_twin::{Motion, Plant, Twin};
 use rand::RngExt;
@@ -24,13 +25,13 @@ fn twin() -> Twin {
 }
 
 /// A network whose outputs are all zero.
-fn silent(twin: &Twin, auxiliary: &Auxiliary) -> ResidualModel {
+fn silent(twin: &Twin, auxiliary: &AuxiliaryLimits) -> ResidualModel {
     let architecture = Architecture {
         inputs: twin.n_primary + 3,
         hidden: 2,
         layers: 1,
         outputs: auxiliary.len(),
-        head: Head::Linear,
+        head: HeadActivation::Linear,
         dropout: 0.0,
     };
     let ranges = |n: usize, half: f64| {
@@ -41,7 +42,7 @@ fn silent(twin: &Twin, auxiliary: &Auxiliary) -> ResidualModel {
         network: Network::new(&architecture, 1).unwrap(),
         inputs: ranges(architecture.inputs, 1.0),
         outputs: ranges(architecture.outputs, 0.0),
-        design: Design::Windowed { window: 1 },
+        design: ResidualDesign::Windowed { window: 1 },
         n_aux: auxiliary.len(),
         step_s: STEP,
         scene_hash: "00".into(),
@@ -60,10 +61,10 @@ fn strokes(motion: usize, i: usize) -> [f64; 4] {
 }
 
 /// Recordings of a tracker, of a robot that is the twin with a change.
-fn motions(twin: &Twin, auxiliary: &Auxiliary, change: &RobotChange) -> Vec<Motion> {
+fn motions(twin: &Twin, auxiliary: &AuxiliaryLimits, change: &RobotChange) -> Vec<Motion> {
     let robot = ResidualModel { change: Some(change.clone()), ..silent(twin, auxiliary) };
     let motion = |m: usize| {
-        let mut rollout = Rollout::new(twin, auxiliary, &robot, STEP).unwrap();
+        let mut rollout = CorrectedRollout::new(twin, auxiliary, &robot, STEP).unwrap();
         let mut stream = rng(m as u64, "adapt/noise");
         let mut columns = vec![Vec::new(); 7];
         let n = 400;
@@ -86,7 +87,7 @@ fn motions(twin: &Twin, auxiliary: &Auxiliary, change: &RobotChange) -> Vec<Moti
 
 fn adapted(change: &RobotChange) -> Adapted {
     let twin = twin();
-    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
     let motions = motions(&twin, &auxiliary, change);
     let n_done = std::sync::atomic::AtomicUsize::new(0);
     let on_sample = || {
@@ -104,7 +105,7 @@ fn adapted(change: &RobotChange) -> Adapted {
 #[test]
 fn a_robot_that_has_not_changed_keeps_its_twin() {
     let found = adapted(&RobotChange::none(4));
-    assert_eq!(found.kept, Kept::Nothing);
+    assert_eq!(found.kept, AdaptedParts::Nothing);
     assert_eq!(found.model.change, None);
     assert!(found.motions.iter().all(|motion| motion.before_m == motion.after_m));
 }
@@ -117,7 +118,7 @@ fn slack_and_play_of_a_changed_robot_are_made_up_for() {
     ];
     for change in changes {
         let found = adapted(&change);
-        assert_eq!(found.kept, Kept::Change, "{change:?}");
+        assert_eq!(found.kept, AdaptedParts::Change, "{change:?}");
         assert!(found.model.change.is_some());
         // Zeros and play are not asked for one by one: slack, pull of the other tendons and play show much the same
         // at the tip.
@@ -131,7 +132,7 @@ fn slack_and_play_of_a_changed_robot_are_made_up_for() {
 #[test]
 fn a_change_stays_in_its_file_and_one_of_another_robot_is_refused() {
     let twin = twin();
-    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
     let first = RobotChange { zeros_m: vec![1e-4, 0.0, 0.0, 0.0], play_m: 1e-4, friction_ratio: 1.2 };
     let model = ResidualModel { change: Some(first.clone()), ..silent(&twin, &auxiliary) };
     let folder = tempfile::tempdir().unwrap();

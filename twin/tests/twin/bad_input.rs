@@ -1,6 +1,8 @@
 //! Commands and scenes that cannot be: the error, and what is left behind.
 
-use hysteron_base::{AuxiliaryLayout, BadInput, Bounds, Drive, Law, PointForce, Region, Scene, Tip};
+use hysteron_base::{
+    AuxiliaryLayout, BadInput, Bounds, MaterialLaw, PointForce, PrescribedQuantity, Region, Scene, Tip,
+};
 use hysteron_fem::Order;
 use hysteron_twin::{Cause, Error, Target, Twin};
 
@@ -172,7 +174,7 @@ fn points_outside_the_body_are_refused_by_name() {
             cables_per_segment: 2,
             first_plane: 0.0,
             plane_step: 1.0,
-            drive: Drive::Stroke,
+            drive: PrescribedQuantity::Stroke,
             tension: Bounds { min: -10.0, max: 10.0 },
             stroke: Bounds { min: 0.0, max: 5e-3 },
             stroke_rate: f64::INFINITY,
@@ -184,7 +186,7 @@ fn points_outside_the_body_are_refused_by_name() {
 
 #[test]
 fn edge_frames_need_linear_elements() {
-    let (scene, mesh) = scenes::robot_with(Law::CorotationalEdges, Order::Quadratic, 4);
+    let (scene, mesh) = scenes::robot_with(MaterialLaw::CorotationalEdges, Order::Quadratic, 4);
     let error = Twin::new(&scene, &mesh).expect_err("edges of ten nodes");
     assert!(error.bad_input().is_some_and(|bad| bad.place == "material.law"), "{error}");
 }

@@ -1,6 +1,6 @@
 //! Thousands of wild commands: an accurate equilibrium or an honest error, never anything else.
 
-use hysteron_base::{Law, PointForce};
+use hysteron_base::{MaterialLaw, PointForce};
 use hysteron_fem::Order;
 use hysteron_twin::{Error, StepReport, Target};
 use rand::RngExt;
@@ -110,7 +110,7 @@ fn loads_and_gravity_do_not_disturb() {
 
 #[test]
 fn neo_hookean_body_survives() {
-    let scene = scenes::robot_with(Law::NeoHookean, Order::Linear, 12);
+    let scene = scenes::robot_with(MaterialLaw::NeoHookean, Order::Linear, 12);
     let shares = wander(&mut Robot::new(&scene), "neo-Hookean, jumps of 2 mm", 150, 2e-3, 3e-3);
     assert!(shares.no_equilibrium < 30, "{shares:?}");
 }

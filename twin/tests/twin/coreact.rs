@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use hysteron_base::{Channel, Friction, Metadata, Recording, json};
 use hysteron_fit::qp::QpStatus;
-use hysteron_learn::{Progress, SequenceOptions};
+use hysteron_learn::{SequenceOptions, TrainingProgress};
 use hysteron_twin::coreact::{
-    Auxiliary, AuxiliaryPolicy, Goal, Identification, Identifier, IdentifyOptions, identify,
+    AuxiliaryLimits, AuxiliaryPolicy, Identification, Identifier, IdentifyOptions, TipMeasurement, identify,
 };
 use hysteron_twin::residual::{
-    DECODER, Decoder, Design, Fitted, PUBLISHED, RecurrentOptions, ResidualModel, Rollout, Sequence,
-    Sessions, fit_decoder, fit_recurrent, fit_windowed,
+    CorrectedRollout, DECODER, FittedResidual, PUBLISHED, RecurrentOptions, ResidualDesign, ResidualModel,
+    Sequence, Sessions, StrokeDecoder, fit_decoder, fit_recurrent, fit_windowed,
 };
 use hysteron_twin::{FrictionPoints, Motion, Plant, Stepper, Target, Twin};
 
@@ -38,7 +38,12 @@ fn strokes(i: usize) -> [f64; 4] {
 }
 
 /// A recording of a twin whose auxiliary tendons follow `secret`: strokes (n_aux) [m] in a sample.
-fn recording(twin: &Twin, auxiliary: &Auxiliary, n: usize, secret: impl Fn(usize) -> Vec<f64>) -> Recording {
+fn recording(
+    twin: &Twin,
+    auxiliary: &AuxiliaryLimits,
+    n: usize,
+    secret: impl Fn(usize) -> Vec<f64>,
+) -> Recording {
     let (mut stepper, mut targets) = (Stepper::new(twin), Vec::new());
     let mut columns = vec![Vec::new(); 7];
     for i in 0..n {
@@ -64,7 +69,7 @@ fn lagging(n_aux: usize, i: usize) -> Vec<f64> {
 #[test]
 fn tip_of_a_twin_with_secret_strokes_is_met() {
     let twin = twin();
-    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
     let recording = recording(&twin, &auxiliary, 200, |i| lagging(auxiliary.len(), i));
     let motion = Motion::for_identification(&twin, &recording, "rec").unwrap();
     let options =
@@ -83,10 +88,10 @@ fn tip_of_a_twin_with_secret_strokes_is_met() {
 fn bounds_of_stroke_and_rate_hold_and_are_counted() {
     let mut twin = twin();
     twin.auxiliary_rate = 5e-4;
-    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
     let (mut identifier, far) = (Identifier::new(&twin, &auxiliary, IdentifyOptions::default()), 5e-3);
     let tip = twin.tip_of(&twin.rest());
-    let goal = Goal { position: [tip[0] + far, tip[1], tip[2]], orientation: None };
+    let goal = TipMeasurement { position: [tip[0] + far, tip[1], tip[2]], orientation: None };
     let mut before = vec![0.0; auxiliary.len()];
     let mut largest = 0.0f64;
     for _ in 0..40 {
@@ -106,7 +111,7 @@ fn bounds_of_stroke_and_rate_hold_and_are_counted() {
 #[test]
 fn sensitivity_is_derivative_of_the_tip_by_strokes() {
     let twin = twin();
-    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
     let mut identifier = Identifier::new(&twin, &auxiliary, IdentifyOptions::default());
     // A strong bend, to which many steps lead, so that the factor is an old one.
     let pulled = [4e-3, 1e-3, -3e-3, 1e-3];
@@ -147,7 +152,7 @@ fn sensitivity_is_derivative_of_the_tip_by_strokes() {
 fn sensitivity_knows_the_friction_points_that_stick() {
     // Friction beyond all tensions: every point sticks.
     let twin = rough_twin(4, |friction| Friction { coulomb: 20.0, sheath_coulomb: 5.0, ..friction });
-    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
     let mut identifier = Identifier::new(&twin, &auxiliary, IdentifyOptions::default());
     let (mut stepper, mut targets) = (Stepper::new(&twin), Vec::new());
     let none = vec![0.0; auxiliary.len()];
@@ -191,7 +196,7 @@ fn sensitivity_knows_the_friction_points_that_stick() {
 fn secret_strokes_are_found_through_friction_and_backlash() {
     // Two auxiliary tendons: their strokes are observable from the tip.
     let twin = rough_twin(1, |friction| Friction { backlash: 1e-4, ..friction });
-    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
     let secret = |i: usize| lagging(auxiliary.len(), i);
     let recording = recording(&twin, &auxiliary, 400, secret);
     let motion = Motion::for_identification(&twin, &recording, "rec").unwrap();
@@ -216,7 +221,7 @@ fn secret_strokes_are_found_through_friction_and_backlash() {
 #[test]
 fn zero_strokes_leave_the_bare_twin() {
     let twin = twin();
-    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
     let (bare_scene, mesh) = scenes::robot();
     let bare = Twin::new(&bare_scene, &mesh).unwrap();
     let (mut with, mut without) = (Stepper::new(&twin), Stepper::new(&bare));
@@ -235,13 +240,13 @@ fn fit(
     sequences: &[Sequence],
     options: &RecurrentOptions,
     files: Vec<PathBuf>,
-    progress: &(dyn Fn(usize, &Progress) -> bool + Sync),
-) -> Fitted {
+    progress: &(dyn Fn(usize, &TrainingProgress) -> bool + Sync),
+) -> FittedResidual {
     fit_recurrent(sequences, &[vec![0], vec![1]], "scene", options, &Sessions { files, progress }).unwrap()
 }
 
 /// A motion whose tip lags, identified.
-fn identified(twin: &Twin, auxiliary: &Auxiliary, n: usize) -> (Motion, Identification, Sequence) {
+fn identified(twin: &Twin, auxiliary: &AuxiliaryLimits, n: usize) -> (Motion, Identification, Sequence) {
     let recording = recording(twin, auxiliary, n, |i| lagging(auxiliary.len(), i));
     let motion = Motion::for_identification(twin, &recording, "rec").unwrap();
     let mut identifier = Identifier::new(twin, auxiliary, IdentifyOptions::default());
@@ -262,7 +267,7 @@ fn learning(change: impl Fn(&mut SequenceOptions)) -> RecurrentOptions {
 #[test]
 fn an_interrupted_training_ends_as_one_that_was_not() {
     let twin = twin();
-    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
     let sequence = identified(&twin, &auxiliary, 120).2;
     let sequences = [sequence.clone(), sequence];
     let options = learning(|of| {
@@ -273,8 +278,8 @@ fn an_interrupted_training_ends_as_one_that_was_not() {
     let whole = fit(&sequences, &options, Vec::new(), &|_, _| true);
     // One network is stopped after its second epoch, the other in the middle of its third.
     let part = fit(&sequences, &options, files.clone(), &|member, progress| match progress {
-        Progress::Epoch(epoch) => member == 1 || epoch.number < 2,
-        Progress::Step { epoch, done, .. } => *epoch < 2 || *done < 2,
+        TrainingProgress::Epoch(epoch) => member == 1 || epoch.number < 2,
+        TrainingProgress::Step { epoch, done, .. } => *epoch < 2 || *done < 2,
     });
     assert!(whole.is_finished && !part.is_finished && part.model != whole.model);
     assert_eq!(fit(&sequences, &options, files.clone(), &|_, _| true), whole);
@@ -287,7 +292,7 @@ fn an_interrupted_training_ends_as_one_that_was_not() {
 #[test]
 fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
     let twin = twin();
-    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
     let n = 400;
     let (motion, found, sequence) = identified(&twin, &auxiliary, n);
     let options = learning(|of| {
@@ -301,7 +306,7 @@ fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
     let path = folder.path().join("residual.safetensors");
     model.write(&path).unwrap();
     let model = ResidualModel::read(&path).unwrap();
-    let mut rollout = Rollout::new(&twin, &auxiliary, &model, 0.01).unwrap();
+    let mut rollout = CorrectedRollout::new(&twin, &auxiliary, &model, 0.01).unwrap();
     let (mut bare, mut with) = (0.0, 0.0);
     let bare_tips = ["x", "y", "z"].map(|axis| found.recording.require(&format!("bare_{axis}_m")).unwrap());
     for i in 0..n {
@@ -319,7 +324,9 @@ fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
     // Twice the stroke is outside the training range.
     assert!(Plant::step(&mut rollout, &[2.5e-3, 0.0, -2.5e-3, 0.0]).unwrap().is_extrapolating);
     // Another rate or robot is refused.
-    assert!(Rollout::new(&twin, &auxiliary, &model, 0.02).unwrap_err().to_string().contains("time_s"));
+    assert!(
+        CorrectedRollout::new(&twin, &auxiliary, &model, 0.02).unwrap_err().to_string().contains("time_s")
+    );
     let wrong = model.check(3, auxiliary.len(), 0.01).unwrap_err();
     assert!(wrong.to_string().contains("another robot"), "{wrong}");
 }
@@ -327,7 +334,7 @@ fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
 #[test]
 fn a_second_network_is_linearised_where_the_first_leads_the_twin() {
     let twin = twin();
-    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
     let (motion, _, sequence) = identified(&twin, &auxiliary, 400);
     // A first network with hardly any training: the second one needs its strokes and tips, not that they are
     // good.
@@ -337,9 +344,9 @@ fn a_second_network_is_linearised_where_the_first_leads_the_twin() {
     };
     let again = |model: &ResidualModel| {
         let mut meta = Metadata::default();
-        let Design::Recurrent { decoder, .. } = &model.design else { panic!("recurrent") };
+        let ResidualDesign::Recurrent { decoder, .. } = &model.design else { panic!("recurrent") };
         meta.extra.insert(DECODER.to_owned(), json::to_line(decoder).unwrap());
-        let mut rollout = Rollout::new(&twin, &auxiliary, model, 0.01).unwrap();
+        let mut rollout = CorrectedRollout::new(&twin, &auxiliary, model, 0.01).unwrap();
         identify(&twin, &mut rollout, &motion, meta, &mut || true).unwrap().unwrap()
     };
     let first = learn(&sequence, 5);
@@ -348,8 +355,8 @@ fn a_second_network_is_linearised_where_the_first_leads_the_twin() {
     let sequence = Sequence::new("circle", &found.recording, &found.sensitivities).unwrap();
     let second = learn(&sequence, 300);
     let decoder = |model: &ResidualModel| match &model.design {
-        Design::Recurrent { decoder, .. } => decoder.clone(),
-        Design::Windowed { .. } => panic!("recurrent"),
+        ResidualDesign::Recurrent { decoder, .. } => decoder.clone(),
+        ResidualDesign::Windowed { .. } => panic!("recurrent"),
     };
     assert_eq!(decoder(&first), decoder(&second), "displacements mean the same");
     // The body's tip is recorded, without what the first network adds to it along the robot.
@@ -374,9 +381,9 @@ fn strokes_of(recording: &Recording) -> Vec<Vec<f64>> {
 #[test]
 fn recordings_identified_in_different_ways_are_not_mixed() {
     let twin = twin();
-    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
     let [identified, longer] = [120, 160].map(|n| identified(&twin, &auxiliary, n).2);
-    let with = |decoder: Option<Decoder>| {
+    let with = |decoder: Option<StrokeDecoder>| {
         let mut sequence = identified.clone();
         sequence.decoder = decoder;
         sequence
@@ -400,7 +407,7 @@ fn recordings_identified_in_different_ways_are_not_mixed() {
 #[test]
 fn recordings_of_something_else_are_refused() {
     let twin = twin();
-    let auxiliary = Auxiliary::new(&twin).unwrap();
+    let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
     let good = recording(&twin, &auxiliary, 120, |_| vec![0.0; auxiliary.len()]);
     let remade = |change: &dyn Fn(&str, f64) -> Option<f64>, gap: Vec<bool>| {
         let channels = good.channels().iter().filter_map(|channel| {

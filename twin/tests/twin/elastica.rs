@@ -1,6 +1,6 @@
 //! Large bending against Euler's elastica.
 
-use hysteron_base::Law;
+use hysteron_base::MaterialLaw;
 use hysteron_fem::{Layers, Order, Tube};
 use hysteron_twin::{Couple, Twin};
 
@@ -22,7 +22,7 @@ fn beam(order: Order, layers: u32) -> Robot {
         layers: Layers::Count(layers),
         order,
     };
-    let mut scene = scenes::scene("beam", Law::Corotational);
+    let mut scene = scenes::scene("beam", MaterialLaw::Corotational);
     scene.material.poisson_ratio = 0.0;
     Robot::of(Twin::new(&scene, &mesh.mesh().unwrap()).unwrap())
 }

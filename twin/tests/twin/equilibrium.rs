@@ -1,6 +1,6 @@
 //! The fast and the robust iteration find the same equilibrium, to the accuracy asked.
 
-use hysteron_base::{Law, PointForce};
+use hysteron_base::{MaterialLaw, PointForce};
 use hysteron_fem::Order;
 use hysteron_twin::{Accuracy, Target};
 
@@ -103,12 +103,12 @@ fn every_law_and_order_bends() {
     let command = [1.5e-3, 0.0, -3e-3, 0.0];
     let mut angles = Vec::new();
     for (law, order) in [
-        (Law::Corotational, Order::Linear),
-        (Law::CorotationalEdges, Order::Linear),
-        (Law::NeoHookean, Order::Linear),
-        (Law::SmallStrain, Order::Linear),
-        (Law::Corotational, Order::Quadratic),
-        (Law::NeoHookean, Order::Quadratic),
+        (MaterialLaw::Corotational, Order::Linear),
+        (MaterialLaw::CorotationalEdges, Order::Linear),
+        (MaterialLaw::NeoHookean, Order::Linear),
+        (MaterialLaw::SmallStrain, Order::Linear),
+        (MaterialLaw::Corotational, Order::Quadratic),
+        (MaterialLaw::NeoHookean, Order::Quadratic),
     ] {
         let mut robot = Robot::new(&scenes::robot_with(law, order, 8));
         robot.go(&strokes(&[0.0; 4]));
@@ -133,7 +133,7 @@ fn every_law_and_order_bends() {
 
 #[test]
 fn small_strain_body_is_linear_under_loads() {
-    let (mut scene, mesh) = scenes::robot_with(Law::SmallStrain, Order::Linear, 8);
+    let (mut scene, mesh) = scenes::robot_with(MaterialLaw::SmallStrain, Order::Linear, 8);
     scene.tendons.clear();
     let tip_under = |force: f64| {
         let mut scene = scene.clone();

@@ -1,10 +1,11 @@
 //! Parameters of a twin come back from recordings of it. Measuring and modelling are then the same program, so this
 //! checks the fit and not the physics; the cantilever is checked against a closed form.
 
-use hysteron_base::{Bounds, Channel, Drive, Friction, Metadata, Recording, Scene, Tip};
+use hysteron_base::{Bounds, Channel, Friction, Metadata, PrescribedQuantity, Recording, Scene, Tip};
 use hysteron_fem::{Mesh, Order};
 use hysteron_twin::fit::{
-    Course, Frame, MaterialFit, MaterialOptions, Standing, Stepping, Wanted, courses, fit_material, select,
+    FitParameter, FitSamples, Identifiability, MaterialFit, MaterialOptions, Stepping, TipFrame, courses,
+    fit_material, select,
 };
 use hysteron_twin::{Motion, Result, Target, Twin, rollout};
 use rand::RngExt;
@@ -13,7 +14,7 @@ use super::{assert_close, rng, scenes};
 
 const STEPPING: Stepping = Stepping { step: 0.1e-3, every: 0.1e-3, most: usize::MAX };
 const OPTIONS: MaterialOptions<'_> = MaterialOptions {
-    frame: Frame::Checked,
+    frame: TipFrame::Checked,
     stepping: STEPPING,
     huber: None,
     tension_max: None,
@@ -65,10 +66,10 @@ fn fitted(
     mesh: &Mesh,
     recording: &Recording,
     names: &[&str],
-    frame: Frame,
+    frame: TipFrame,
 ) -> Result<MaterialFit> {
     let motions = [motion(scene, mesh, recording)?];
-    let names: Vec<_> = names.iter().copied().map(Wanted::named).collect();
+    let names: Vec<_> = names.iter().copied().map(FitParameter::named).collect();
     fit_material(scene, mesh, &motions, &select(scene, &names)?, &MaterialOptions { frame, ..OPTIONS })
 }
 
@@ -81,9 +82,9 @@ fn zeros_are_recovered_and_the_modulus_is_not() {
     }
     let (sigma, strokes) = (0.02e-3, figure_of_eight(60));
     let recording = recording(&truth, &mesh, &strokes, sigma, "fit/zeros");
-    let found = fitted(&scene, &mesh, &recording, &["youngs_modulus", "zero"], Frame::Checked).unwrap();
+    let found = fitted(&scene, &mesh, &recording, &["youngs_modulus", "zero"], TipFrame::Checked).unwrap();
     let estimates = &found.fit.estimates;
-    assert_eq!(estimates[0].standing, Standing::Undetermined(vec![]));
+    assert_eq!(estimates[0].standing, Identifiability::Undetermined(vec![]));
     assert_eq!(found.scene.material, scene.material);
     for (estimate, tendon) in estimates[1..].iter().zip(&truth.tendons) {
         // Four standard errors: one of four misses three in a hundred runs.
@@ -107,9 +108,9 @@ fn moved_tracker_is_refused_or_its_frame_found() {
     let [x, y, z] = straight.tip().unwrap();
     let tips: Vec<[f64; 3]> = (0..strokes.len()).map(|i| [0.02 - y[i], x[i], z[i]]).collect();
     let moved = record(&strokes, &tips);
-    let error = fitted(&scene, &mesh, &moved, &["zero"], Frame::Checked).unwrap_err();
+    let error = fitted(&scene, &mesh, &moved, &["zero"], TipFrame::Checked).unwrap_err();
     assert!(error.bad_input().unwrap().hint.contains("tracker"), "{error}");
-    let found = fitted(&scene, &mesh, &moved, &["zero"], Frame::Fitted).unwrap();
+    let found = fitted(&scene, &mesh, &moved, &["zero"], TipFrame::Fitted).unwrap();
     assert!(found.errors[1].distance < 0.03e-3, "{:?}", found.errors);
     let (turn, _) = found.frame;
     // Noise of 0.01 mm over a motion of centimetres.
@@ -122,9 +123,9 @@ fn cantilever_under_known_tension_gives_its_modulus() {
     // curvature κ = M / (E I) lies at (1 - cos κL) / κ.
     let (length, r) = (0.08, scenes::TENDON_RADIUS);
     let mesh = scenes::tube(length, scenes::OUTER, 0.0025, 20, Order::Quadratic);
-    let mut scene = scenes::scene("cantilever", hysteron_base::Law::Corotational);
+    let mut scene = scenes::scene("cantilever", hysteron_base::MaterialLaw::Corotational);
     scene.tendons = vec![scenes::tendon(0, length, r, 20)];
-    scene.tendons[0].drive = Drive::Tension;
+    scene.tendons[0].drive = PrescribedQuantity::Tension;
     scene.tip = Tip::Group("tip".into());
     let octagon = |radius: f64| {
         // Second moment of a regular octagon with corners on the circle.
@@ -154,7 +155,7 @@ fn cantilever_under_known_tension_gives_its_modulus() {
     let twin = Twin::new(&scene, &mesh).unwrap();
     let motions = [Motion::new(&twin, &recording, "rec").unwrap()];
     assert_eq!(motions[0].axes, [true, false, true]);
-    let selected = select(&scene, &[Wanted::named("youngs_modulus")]).unwrap();
+    let selected = select(&scene, &[FitParameter::named("youngs_modulus")]).unwrap();
     let stepping = Stepping { step: 1e-6, every: 1e-6, ..STEPPING };
     let options = MaterialOptions { stepping, ..OPTIONS };
     let found = fit_material(&scene, &mesh, &motions, &selected, &options).unwrap();
@@ -200,7 +201,7 @@ fn gaps_are_passed_through_but_not_compared() {
         Recording::new(good.time().to_vec(), good.channels().to_vec(), gap.clone(), Metadata::default())
             .unwrap();
     let motion = motion(&scene, &mesh, &gappy).unwrap();
-    let course = Course::new(&motion, &Stepping { every: 0.0, ..STEPPING }, usize::MAX).unwrap();
+    let course = FitSamples::new(&motion, &Stepping { every: 0.0, ..STEPPING }, usize::MAX).unwrap();
     for (sample, tip) in course.samples.iter().zip(&course.tips) {
         assert_eq!(tip.is_none(), gap[*sample]);
     }
@@ -212,7 +213,7 @@ fn course_steps_by_stroke_from_the_beginning() {
     let strokes = figure_of_eight(400);
     let motion = motion(&scene, &mesh, &recording(&scene, &mesh, &strokes, 0.0, "fit/course")).unwrap();
     let stepping = Stepping { step: 0.1e-3, every: 0.3e-3, most: 80 };
-    let whole = Course::new(&motion, &stepping, usize::MAX).unwrap();
+    let whole = FitSamples::new(&motion, &stepping, usize::MAX).unwrap();
     let apart =
         |a: usize, b: usize| (0..4).map(|k| (strokes[a][k] - strokes[b][k]).abs()).fold(0.0, f64::max);
     let farthest = (1..400).map(|i| apart(i, i - 1)).fold(0.0, f64::max);
@@ -245,7 +246,7 @@ fn however_long_the_steps_strokes_turn_back_at_a_sample() {
     }
     let motion = motion(&scene, &mesh, &recording(&scene, &mesh, &strokes, 0.0, "fit/turns")).unwrap();
     let stepping = Stepping { step: 0.5e-3, every: 0.0, most: usize::MAX };
-    let course = Course::new(&motion, &stepping, usize::MAX).unwrap();
+    let course = FitSamples::new(&motion, &stepping, usize::MAX).unwrap();
     let turns: Vec<usize> = (1..strokes.len() - 1)
         .filter(|&i| (strokes[i + 1][0] - strokes[i][0]) * (strokes[i][0] - strokes[i - 1][0]) < 0.0)
         .collect();
@@ -273,7 +274,7 @@ fn friction_and_backlash_come_back() {
     let mut scene = truth.clone();
     scene.friction = Some(Friction { coefficient: 0.05, backlash: 0.02e-3, ..friction });
     let motions = [motion(&scene, &mesh, &recording).unwrap()];
-    let names = ["coefficient", "backlash"].map(Wanted::named);
+    let names = ["coefficient", "backlash"].map(FitParameter::named);
     // Every sample is a step: friction depends on all samples before.
     let stepping = Stepping { step: 0.0, ..STEPPING };
     let options = MaterialOptions { stepping, ..OPTIONS };
@@ -291,8 +292,10 @@ fn friction_and_backlash_come_back() {
 fn selection_is_checked() {
     let (scene, _) = scenes::robot();
     let place = |names: &[(&str, Option<Bounds>)]| {
-        let wanted =
-            |(name, bounds): &(&str, Option<Bounds>)| Wanted { bounds: *bounds, ..Wanted::named(*name) };
+        let wanted = |(name, bounds): &(&str, Option<Bounds>)| FitParameter {
+            bounds: *bounds,
+            ..FitParameter::named(*name)
+        };
         let names: Vec<_> = names.iter().map(wanted).collect();
         select(&scene, &names).err().map(|error| error.bad_input().unwrap().place.clone())
     };
@@ -323,7 +326,7 @@ fn gravity_that_points_the_wrong_way_is_named_and_found() {
     let truth = heavy(&robot, direction.map(|c: f64| 9.81 * c / size));
     let recording = recording(&truth, &mesh, &figure_of_eight(60), 0.02e-3, "fit/gravity");
     let scene = heavy(&robot, [0.0, 0.0, -9.81]);
-    let fit = |names: &[&str]| fitted(&scene, &mesh, &recording, names, Frame::Trusted).unwrap();
+    let fit = |names: &[&str]| fitted(&scene, &mesh, &recording, names, TipFrame::Trusted).unwrap();
 
     // Without it the fit reports what is missing, and does not run away with the modulus.
     let blind = fit(&["youngs_modulus", "zero"]);
@@ -349,9 +352,9 @@ fn tilted_tracker_is_named_and_found() {
     truth.tracker.turn = [0.05, -0.03, 0.02];
     truth.tracker.shift = [0.4e-3, 0.0, -0.6e-3];
     let recording = recording(&truth, &mesh, &figure_of_eight(60), 0.02e-3, "fit/tilt");
-    let blind = fitted(&scene, &mesh, &recording, &["zero"], Frame::Checked).unwrap();
+    let blind = fitted(&scene, &mesh, &recording, &["zero"], TipFrame::Checked).unwrap();
     assert!(blind.hints.iter().any(|hint| hint.fit == "tracker"), "{:?}", blind.hints);
-    let found = fitted(&scene, &mesh, &recording, &["tracker"], Frame::Checked).unwrap();
+    let found = fitted(&scene, &mesh, &recording, &["tracker"], TipFrame::Checked).unwrap();
     for (name, found, truth) in [
         ("turn", found.scene.tracker.turn, truth.tracker.turn),
         ("shift", found.scene.tracker.shift.map(|c| 1e2 * c), truth.tracker.shift.map(|c| 1e2 * c)),
@@ -374,7 +377,7 @@ fn tension_beyond_what_drives_can_make_counts_against_a_fit() {
     let mut scene = truth.clone();
     scene.material.youngs_modulus *= 4.0;
     scene.tendons.iter_mut().for_each(|tendon| tendon.compliance /= 4.0);
-    let selected = select(&scene, &["youngs_modulus", "compliance"].map(Wanted::named)).unwrap();
+    let selected = select(&scene, &["youngs_modulus", "compliance"].map(FitParameter::named)).unwrap();
     let largest = |tension_max: Option<f64>| {
         let options = MaterialOptions { tension_max, ..OPTIONS };
         let found = fit_material(&scene, &mesh, &motions, &selected, &options).unwrap();

@@ -1,7 +1,7 @@
 //! Steering a twin along a path, and doing it again with the strokes alone.
 
 use hysteron_twin::residual::{FollowLimits, PathFollower};
-use hysteron_twin::{Plant, Uncorrected, settle};
+use hysteron_twin::{PhysicsTwin, Plant, settle};
 
 use super::{distance, scenes};
 
@@ -16,7 +16,7 @@ fn a_goal_that_stands_is_reached_and_its_strokes_lead_there_again() {
     let (scene, mesh) = scenes::robot();
     let twin = hysteron_twin::Twin::new(&scene, &mesh).unwrap();
     let mut follower =
-        PathFollower::new(&twin, Box::new(Uncorrected::new(&twin)), &coordinates, LIMITS, 0.01).unwrap();
+        PathFollower::new(&twin, Box::new(PhysicsTwin::new(&twin)), &coordinates, LIMITS, 0.01).unwrap();
     let (goal, mut done) = ([1.5e-3, -1e-3], Vec::new());
     for _ in 0..150 {
         let step = follower.step(goal).unwrap();
@@ -25,7 +25,7 @@ fn a_goal_that_stands_is_reached_and_its_strokes_lead_there_again() {
     let tip = done[149].1;
     // What is missing shrinks by a factor each sample: nothing but the accuracy of a step is left, some 1e-8 m.
     assert!((tip[0] - goal[0]).hypot(tip[1] - goal[1]) < 1e-7, "{tip:?}");
-    let mut again = Uncorrected::new(&twin);
+    let mut again = PhysicsTwin::new(&twin);
     let mut before = vec![0.0; 4];
     for (strokes, tip) in &done {
         let found = again.step(strokes).unwrap().tip;
@@ -41,7 +41,7 @@ fn limits_hold_and_the_way_home_ends_without_strokes() {
     let (scene, mesh) = scenes::robot();
     let twin = hysteron_twin::Twin::new(&scene, &mesh).unwrap();
     let mut follower =
-        PathFollower::new(&twin, Box::new(Uncorrected::new(&twin)), &coordinates, LIMITS, 0.01).unwrap();
+        PathFollower::new(&twin, Box::new(PhysicsTwin::new(&twin)), &coordinates, LIMITS, 0.01).unwrap();
     // Ten times the length of the robot cannot be reached.
     let steps: Vec<_> = (0..100).map(|_| follower.step([1.0, 0.0]).unwrap()).collect();
     // The first sample gives the beginning of the path, and leaves the strokes at rest.
@@ -58,7 +58,7 @@ fn limits_hold_and_the_way_home_ends_without_strokes() {
     assert_eq!(follower.strokes(), [0.0; 4]);
     for wrong in [FollowLimits { stroke: 0.0, ..LIMITS }, FollowLimits { rate: f64::NAN, ..LIMITS }] {
         assert!(
-            PathFollower::new(&twin, Box::new(Uncorrected::new(&twin)), &coordinates, wrong, 0.01).is_err()
+            PathFollower::new(&twin, Box::new(PhysicsTwin::new(&twin)), &coordinates, wrong, 0.01).is_err()
         );
     }
 }
@@ -68,11 +68,11 @@ fn a_robot_that_rests_aside_is_led_onto_its_path_at_the_allowed_rate() {
     let (mut scene, mesh) = scenes::robot();
     scene.tendons[0].zero = 1e-3;
     let twin = hysteron_twin::Twin::new(&scene, &mesh).unwrap();
-    let rest = settle(&twin, &mut Uncorrected::new(&twin), &[0.0; 4]).unwrap().tip;
+    let rest = settle(&twin, &mut PhysicsTwin::new(&twin), &[0.0; 4]).unwrap().tip;
     assert!(rest[0].abs() > 1e-3, "a rest that tests nothing: {rest:?}");
     let follow = |goal: [f64; 2]| {
         let mut follower =
-            PathFollower::new(&twin, Box::new(Uncorrected::new(&twin)), &coordinates, LIMITS, 0.01).unwrap();
+            PathFollower::new(&twin, Box::new(PhysicsTwin::new(&twin)), &coordinates, LIMITS, 0.01).unwrap();
         let first = follower.step(goal).unwrap().tip;
         let (moved, mut last) = (follower.strokes().to_vec(), first);
         (0..100).for_each(|_| last = follower.step(goal).unwrap().tip);

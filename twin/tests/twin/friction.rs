@@ -207,7 +207,7 @@ fn tensions_along_a_tendon_are_those_of_the_actuators_own_model() {
     let error = |steps: u32| {
         let friction = Friction { coefficient, coulomb, points: 9, ..NONE };
         let mut robot = Robot::new(&rubbing(friction, COMPLIANCE));
-        let mut other = hysteron_actuator::Tendon::new(hysteron_actuator::TendonSpec {
+        let mut other = hysteron_actuator::TendonModel::new(hysteron_actuator::TendonSpec {
             rest_lengths: geometry(&robot, 0).0,
             axial_stiffness: robot.twin.cables.rest_lengths[0] / COMPLIANCE,
             friction: coefficient,

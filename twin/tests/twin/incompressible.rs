@@ -1,6 +1,6 @@
 //! Materials near ν = 1/2.
 
-use hysteron_base::Law;
+use hysteron_base::MaterialLaw;
 use hysteron_fem::Order;
 use hysteron_twin::{Stepper, Target, Twin};
 
@@ -8,7 +8,7 @@ use super::scenes;
 
 #[test]
 fn poisson_ratios_up_to_0_4999_have_equilibria() {
-    for law in [Law::Corotational, Law::NeoHookean] {
+    for law in [MaterialLaw::Corotational, MaterialLaw::NeoHookean] {
         for order in [Order::Linear, Order::Quadratic] {
             for ratio in [0.49, 0.495, 0.499, 0.4995, 0.4999] {
                 let (mut scene, mesh) = scenes::robot_with(law, order, 6);

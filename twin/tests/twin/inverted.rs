@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use hysteron_base::Law;
+use hysteron_base::MaterialLaw;
 use hysteron_fem::{Cells, Mesh};
 use hysteron_twin::{Cause, Error, Stepper, Twin};
 
@@ -11,7 +11,7 @@ use super::scenes;
 const HEIGHT: f64 = 0.01;
 
 /// One element that stands on its clamped face, with its free tip above.
-fn pyramid(law: Law, is_quadratic: bool) -> Twin {
+fn pyramid(law: MaterialLaw, is_quadratic: bool) -> Twin {
     let nodes = vec![[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.0, 0.01, 0.0], [0.002, 0.002, HEIGHT]];
     let groups = BTreeMap::from([("base".to_owned(), vec![0, 1, 2]), ("tip".to_owned(), vec![3])]);
     let linear = Mesh { nodes, cells: Cells::Tet4(vec![[0, 1, 2, 3]]), groups };
@@ -32,9 +32,11 @@ fn inverted(result: &Result<hysteron_twin::StepReport, Error>) -> Option<usize> 
 fn mirrored_body_is_no_equilibrium_though_no_force_is_left() {
     // The nearest orthogonal matrix of a mirrored F is a reflection, with which nothing is strained: all forces are
     // zero.
-    for (law, is_quadratic) in
-        [(Law::Corotational, false), (Law::Corotational, true), (Law::CorotationalEdges, false)]
-    {
+    for (law, is_quadratic) in [
+        (MaterialLaw::Corotational, false),
+        (MaterialLaw::Corotational, true),
+        (MaterialLaw::CorotationalEdges, false),
+    ] {
         let twin = pyramid(law, is_quadratic);
         let mut state = twin.rest();
         for (node, rest) in state.positions.iter_mut().zip(&twin.body.rest) {
@@ -53,11 +55,11 @@ fn mirrored_body_is_no_equilibrium_though_no_force_is_left() {
 #[test]
 fn force_that_pushes_a_tip_through_its_base_has_no_equilibrium() {
     for (law, is_quadratic) in [
-        (Law::SmallStrain, false),
-        (Law::SmallStrain, true),
-        (Law::Corotational, false),
-        (Law::CorotationalEdges, false),
-        (Law::NeoHookean, false),
+        (MaterialLaw::SmallStrain, false),
+        (MaterialLaw::SmallStrain, true),
+        (MaterialLaw::Corotational, false),
+        (MaterialLaw::CorotationalEdges, false),
+        (MaterialLaw::NeoHookean, false),
     ] {
         let mut twin = pyramid(law, is_quadratic);
         let tip = twin.tip.nodes[0] as usize;
@@ -68,7 +70,7 @@ fn force_that_pushes_a_tip_through_its_base_has_no_equilibrium() {
         // Wherever it ends, nothing is inside out; the linear law alone would let the tip through.
         assert!(twin.body.first_inverted(&stepper.state().positions).is_none(), "{law:?}");
         match law {
-            Law::SmallStrain => assert_eq!(inverted(&result), Some(0), "{is_quadratic}: {result:?}"),
+            MaterialLaw::SmallStrain => assert_eq!(inverted(&result), Some(0), "{is_quadratic}: {result:?}"),
             _ => assert!(result.is_ok() || matches!(result, Err(Error::NoEquilibrium { .. })), "{result:?}"),
         }
     }

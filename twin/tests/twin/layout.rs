@@ -1,6 +1,6 @@
 //! The auxiliary cables of the CoReAct paper.
 
-use hysteron_base::{AuxiliaryLayout, Bounds, Drive, Law};
+use hysteron_base::{AuxiliaryLayout, Bounds, MaterialLaw, PrescribedQuantity};
 use hysteron_fem::{Layers, Order, Tube};
 use hysteron_twin::{Target, Twin, auxiliary_tendons};
 
@@ -16,7 +16,7 @@ fn layout() -> AuxiliaryLayout {
         cables_per_segment: 2,
         first_plane: 0.0,
         plane_step: std::f64::consts::FRAC_PI_2,
-        drive: Drive::Stroke,
+        drive: PrescribedQuantity::Stroke,
         tension: Bounds { min: -10.0, max: 10.0 },
         stroke: Bounds { min: 0.0, max: 5e-3 },
         stroke_rate: f64::INFINITY,
@@ -26,7 +26,7 @@ fn layout() -> AuxiliaryLayout {
 
 /// The robot of the paper: 80 mm long, 12 mm thick, with four tendons and the auxiliary ones.
 pub fn paper_robot() -> Twin {
-    let mut scene = scenes::scene("coreact paper", Law::Corotational);
+    let mut scene = scenes::scene("coreact paper", MaterialLaw::Corotational);
     scene.tendons = (0..4).map(|k| scenes::tendon(k, 0.08, 4.5e-3, 10)).collect();
     scene.auxiliary = Some(layout());
     Twin::new(&scene, &paper_mesh()).unwrap()
@@ -68,7 +68,7 @@ fn auxiliary_cables_follow_the_primary_ones_on_the_surface() {
     // The flats of 14 sides lie 6 (1 - cos(π / 14)) = 0.15 mm inside the circle: within 0.2 mm, not 0.1.
     let mut near = layout();
     near.attach_within = 1e-4;
-    let (mut scene, mesh) = (scenes::scene("near", Law::Corotational), paper_mesh());
+    let (mut scene, mesh) = (scenes::scene("near", MaterialLaw::Corotational), paper_mesh());
     scene.auxiliary = Some(near);
     let error = Twin::new(&scene, &mesh).expect_err("too far outside");
     assert!(error.bad_input().is_some_and(|bad| bad.place.starts_with("tendon.aux_")), "{error}");

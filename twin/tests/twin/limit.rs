@@ -1,7 +1,7 @@
 //! Limit points: where a tendon's tension has its maximum the body wrinkles, snaps and finds a new
 //! equilibrium with less tension at the same stroke.
 
-use hysteron_base::Law;
+use hysteron_base::MaterialLaw;
 use hysteron_fem::{Layers, Order, Tube};
 use hysteron_twin::{Target, Twin};
 
@@ -11,7 +11,7 @@ const LENGTH: f64 = 0.08;
 
 /// A tube of ten-node tetrahedra whose tendons hold on to points: where one pulls hard, elements wrinkle.
 fn robot() -> Robot {
-    let mut scene = scenes::scene("wrinkles", Law::Corotational);
+    let mut scene = scenes::scene("wrinkles", MaterialLaw::Corotational);
     scene.material.youngs_modulus = 20e6;
     scene.material.poisson_ratio = 0.45;
     scene.tendons = (0..4).map(|k| scenes::tendon(k, LENGTH, 0.0045, 10)).collect();

@@ -1,6 +1,6 @@
 //! Locking of linear tetrahedra, estimated at rest and found by running both.
 
-use hysteron_base::{Drive, Law, LengthUnit, Scene};
+use hysteron_base::{LengthUnit, MaterialLaw, PrescribedQuantity, Scene};
 use hysteron_fem::{Mesh, Order, read_mesh};
 use hysteron_twin::{Locking, Stepper, Target, Twin};
 
@@ -21,7 +21,7 @@ fn pulled(scene: &Scene, mesh: &Mesh, stroke: f64) -> f64 {
 #[test]
 fn the_estimate_is_what_both_meshes_do() {
     for (layers, ratio) in [(6, 0.3), (12, 0.3), (6, 0.45), (12, 0.49), (6, 0.499)] {
-        let (mut scene, mesh) = scenes::robot_with(Law::Corotational, Order::Linear, layers);
+        let (mut scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, layers);
         scene.material.poisson_ratio = ratio;
         let locking = Locking::new(&scene, &mesh).expect("a good scene").expect("a linear mesh");
         let quadratic = mesh.to_quadratic();
@@ -49,7 +49,7 @@ fn the_estimate_is_what_both_meshes_do() {
 #[test]
 fn finer_meshes_lose_less_and_ten_node_ones_are_not_estimated() {
     let loss = |layers| {
-        let (scene, mesh) = scenes::robot_with(Law::Corotational, Order::Linear, layers);
+        let (scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, layers);
         let locking = Locking::new(&scene, &mesh).expect("a good scene").expect("a linear mesh");
         let mut targets = [Target::Free; 4];
         targets[0] = Target::Tension(1.0);
@@ -57,7 +57,7 @@ fn finer_meshes_lose_less_and_ten_node_ones_are_not_estimated() {
     };
     let losses = [4, 8, 16].map(loss);
     assert!(losses[0] > losses[1] && losses[1] > losses[2] && losses[2] > 0.0, "{losses:?}");
-    let (scene, mesh) = scenes::robot_with(Law::Corotational, Order::Quadratic, 4);
+    let (scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Quadratic, 4);
     assert!(Locking::new(&scene, &mesh).expect("a good scene").is_none());
 }
 
@@ -65,7 +65,7 @@ fn finer_meshes_lose_less_and_ten_node_ones_are_not_estimated() {
 fn a_rod_at_0_499_loses_six_tenths_of_its_motion() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../fem/tests/data/rod-41.msh");
     let mesh = read_mesh(file.as_ref(), LengthUnit::Millimetre.to_m()).expect("a sample");
-    let mut scene = scenes::scene("rod", Law::Corotational);
+    let mut scene = scenes::scene("rod", MaterialLaw::Corotational);
     scene.material.youngs_modulus = 1e6;
     scene.material.poisson_ratio = 0.499;
     scene.solver = Default::default();
@@ -73,7 +73,7 @@ fn a_rod_at_0_499_loses_six_tenths_of_its_motion() {
         let mut tendon = scenes::tendon(0, 0.06, x, 10);
         tendon.name = format!("at {x}");
         tendon.attach_within = 1e-3;
-        tendon.drive = Drive::Stroke;
+        tendon.drive = PrescribedQuantity::Stroke;
         scene.tendons.push(tendon);
     }
     let stroke = 2.5e-3;

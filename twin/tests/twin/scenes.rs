@@ -2,7 +2,8 @@
 #![allow(dead_code, clippy::unwrap_used)]
 
 use hysteron_base::{
-    AuxiliaryLayout, Bounds, Drive, Friction, Law, LengthUnit, Material, Region, Scene, Solver, Tendon, Tip,
+    AuxiliaryLayout, Bounds, Friction, LengthUnit, Material, MaterialLaw, PrescribedQuantity, Region, Scene,
+    Solver, Tendon, Tip,
 };
 use hysteron_fem::{Layers, Mesh, Order, Tube};
 
@@ -24,11 +25,11 @@ pub const STUCK: Friction = Friction {
 
 /// A soft tube of 40 mm with four tendons, about 240 nodes.
 pub fn robot() -> (Scene, Mesh) {
-    robot_with(Law::Corotational, Order::Linear, 12)
+    robot_with(MaterialLaw::Corotational, Order::Linear, 12)
 }
 
 /// The same body with another law, order of elements or number of layers.
-pub fn robot_with(law: Law, order: Order, layers: u32) -> (Scene, Mesh) {
+pub fn robot_with(law: MaterialLaw, order: Order, layers: u32) -> (Scene, Mesh) {
     let mesh = tube(LENGTH, OUTER, 0.0025, layers, order);
     let mut scene = scene("robot", law);
     scene.tendons = (0..4).map(|k| tendon(k, LENGTH, TENDON_RADIUS, 10)).collect();
@@ -46,7 +47,7 @@ pub fn actuated(segments: usize) -> (Scene, Mesh) {
         cables_per_segment: 2,
         first_plane: 0.0,
         plane_step: std::f64::consts::FRAC_PI_2,
-        drive: Drive::Tension,
+        drive: PrescribedQuantity::Tension,
         tension: Bounds { min: -20.0, max: 20.0 },
         stroke: Bounds { min: -1e-3, max: 1e-3 },
         stroke_rate: f64::INFINITY,
@@ -90,7 +91,7 @@ pub fn tube(length: f64, outer: f64, bore: f64, layers: u32, order: Order) -> Me
 }
 
 /// A clamped body of TPU without tendons.
-pub fn scene(name: &str, law: Law) -> Scene {
+pub fn scene(name: &str, law: MaterialLaw) -> Scene {
     Scene {
         name: name.into(),
         seed: 1,
@@ -118,7 +119,7 @@ pub fn tendon(k: usize, length: f64, radius: f64, segments: usize) -> Tendon {
         name: format!("tendon_{}", k + 1),
         points: (0..=segments).map(point).collect(),
         fixed: Vec::new(),
-        drive: Drive::Stroke,
+        drive: PrescribedQuantity::Stroke,
         tension: Bounds { min: 0.0, max: 100.0 },
         stroke: Bounds { min: -0.01, max: 0.01 },
         attach_within: 1e-4,

@@ -121,7 +121,8 @@ fn state_of_another_mesh_is_refused() {
     let path = folder.path().join("state.bin");
     let robot = bent();
     robot.state.write(&path, &robot.twin, HASH, "hysteron simulate").unwrap();
-    let (scene, mesh) = scenes::robot_with(hysteron_base::Law::Corotational, hysteron_fem::Order::Linear, 8);
+    let (scene, mesh) =
+        scenes::robot_with(hysteron_base::MaterialLaw::Corotational, hysteron_fem::Order::Linear, 8);
     let other = Twin::new(&scene, &mesh).unwrap();
     let error = TwinState::read(&path, &other, HASH).expect_err("another mesh");
     assert!(error.bad_input().is_some_and(|bad| bad.place.ends_with("size")), "{error}");

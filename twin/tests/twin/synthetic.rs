@@ -1,9 +1,9 @@
 //! Synthetic data: the Jacobian next to the tip, and which rollouts are no data.
 
 use hysteron_base::{Channel, Metadata, Recording};
-use hysteron_twin::residual::{FollowLimits, Steering};
-use hysteron_twin::synthetic::{Drive, Outcome, Recorded, Unphysical, synthesise};
-use hysteron_twin::{FrictionPoints, Plant, PlantStep, TipResponse, Twin, TwinState, Uncorrected, settle};
+use hysteron_twin::residual::{FollowLimits, PathController};
+use hysteron_twin::synthetic::{RecordedStrokes, StrokeSource, SyntheticOutcome, Unphysical, synthesise};
+use hysteron_twin::{FrictionPoints, PhysicsTwin, Plant, PlantStep, TipResponse, Twin, TwinState, settle};
 
 use super::{Robot, distance, scenes, strokes, tolerance};
 
@@ -87,9 +87,9 @@ fn commands(n: usize, of: impl Fn(usize) -> [f64; 4]) -> Recording {
     Recording::new(time, channels, Vec::new(), Metadata::default()).expect("a recording")
 }
 
-fn outcome(twin: &Twin, commands: &Recording) -> Outcome {
-    let mut drive = Recorded::new(twin, commands).expect("strokes of this robot");
-    synthesise(twin, &mut Uncorrected::new(twin), &mut drive, Metadata::default(), &mut || true)
+fn outcome(twin: &Twin, commands: &Recording) -> SyntheticOutcome {
+    let mut drive = RecordedStrokes::new(twin, commands).expect("strokes of this robot");
+    synthesise(twin, &mut PhysicsTwin::new(twin), &mut drive, Metadata::default(), &mut || true)
         .expect("an outcome")
 }
 
@@ -98,7 +98,7 @@ fn data_is_what_the_twin_does() {
     let (scene, mesh) = scenes::robot();
     let twin = Twin::new(&scene, &mesh).expect("a good scene");
     let commands = commands(60, |i| [1.0, 0.3, -1.0, -0.3].map(|part| 5e-5 * part * i as f64));
-    let Outcome::Made(found) = outcome(&twin, &commands) else { panic!("no data") };
+    let SyntheticOutcome::Made(found) = outcome(&twin, &commands) else { panic!("no data") };
     let mut robot = Robot::of(twin);
     let [x, y, z] = found.tip().expect("a tip");
     for i in 0..60 {
@@ -119,7 +119,7 @@ fn what_the_twin_cannot_do_is_no_data() {
     let twin = Twin::new(&scene, &mesh).expect("a good scene");
     let pulled = commands(100, |i| [1.0, 0.0, -1.0, 0.0].map(|part| 5e-5 * part * i as f64));
     match outcome(&twin, &pulled) {
-        Outcome::Dropped(i, Unphysical::Overloaded(name)) => {
+        SyntheticOutcome::Dropped(i, Unphysical::Overloaded(name)) => {
             assert!((5..100).contains(&i) && name == "tendon_1", "{i} {name}");
         }
         other => panic!("{other:?}"),
@@ -132,7 +132,7 @@ fn pretensioned() -> Twin {
     let (mut scene, mesh) = scenes::robot();
     scene.tendons[0].zero = 1e-3;
     let twin = Twin::new(&scene, &mesh).expect("a good scene");
-    let rest = settle(&twin, &mut Uncorrected::new(&twin), &[0.0; 4]).expect("an equilibrium").tip;
+    let rest = settle(&twin, &mut PhysicsTwin::new(&twin), &[0.0; 4]).expect("an equilibrium").tip;
     let away = distance(rest, twin.tip_of(&twin.rest()));
     assert!(away > 0.02 * scenes::LENGTH, "a rest that tests nothing: {away}");
     twin
@@ -141,9 +141,9 @@ fn pretensioned() -> Twin {
 #[test]
 fn a_trajectory_begins_where_the_robot_rests() {
     let twin = pretensioned();
-    let rest = settle(&twin, &mut Uncorrected::new(&twin), &[0.0; 4]).expect("an equilibrium").tip;
+    let rest = settle(&twin, &mut PhysicsTwin::new(&twin), &[0.0; 4]).expect("an equilibrium").tip;
     let commands = commands(60, |i| [1.0, 0.3, -1.0, -0.3].map(|part| 2e-5 * part * i as f64));
-    let Outcome::Made(found) = outcome(&twin, &commands) else { panic!("no data") };
+    let SyntheticOutcome::Made(found) = outcome(&twin, &commands) else { panic!("no data") };
     let [x, y, z] = found.tip().expect("a tip");
     // Two equilibria of the same strokes: within what a step of the fast iteration leaves, 1e-6 mm, and some.
     assert!(distance([x[0], y[0], z[0]], rest) < tolerance(1e-8));
@@ -153,7 +153,7 @@ fn a_trajectory_begins_where_the_robot_rests() {
 
 /// The twin, but for what its tip does by itself.
 struct Moved<'a> {
-    uncorrected: Uncorrected<'a>,
+    uncorrected: PhysicsTwin<'a>,
     sample: usize,
     by: fn(usize) -> f64,
 }
@@ -180,12 +180,12 @@ fn only_a_tip_that_jumps_on_its_way_is_no_data() {
     let twin = pretensioned();
     let commands = commands(60, |i| [1.0, 0.3, -1.0, -0.3].map(|part| 2e-5 * part * i as f64));
     let made = |by| {
-        let mut plant = Moved { uncorrected: Uncorrected::new(&twin), sample: 0, by };
-        let mut drive = Recorded::new(&twin, &commands).expect("strokes of this robot");
+        let mut plant = Moved { uncorrected: PhysicsTwin::new(&twin), sample: 0, by };
+        let mut drive = RecordedStrokes::new(&twin, &commands).expect("strokes of this robot");
         synthesise(&twin, &mut plant, &mut drive, Metadata::default(), &mut || true).expect("an outcome")
     };
     // A network takes a second to come to what it says at rest, 4 mm in all: the robot has rested for long.
-    let Outcome::Made(found) = made(|sample| 4e-3 * (1.0 - (-0.05 * sample as f64).exp())) else {
+    let SyntheticOutcome::Made(found) = made(|sample| 4e-3 * (1.0 - (-0.05 * sample as f64).exp())) else {
         panic!("no data")
     };
     let x = found.tip().expect("a tip")[0];
@@ -193,7 +193,7 @@ fn only_a_tip_that_jumps_on_its_way_is_no_data() {
     assert!((x[0] - undisturbed).abs() > 4e-3, "it has not come to rest: {}", x[0]);
     // A snap by a tenth of the length, long after it has come to rest.
     match made(|sample| if sample > 30 { 0.1 * scenes::LENGTH } else { 0.0 }) {
-        Outcome::Dropped(i, Unphysical::Jump(by)) => {
+        SyntheticOutcome::Dropped(i, Unphysical::Jump(by)) => {
             assert!((25..35).contains(&i) && (by / (0.1 * scenes::LENGTH) - 1.0).abs() < 0.2, "{i} {by}");
         }
         other => panic!("{other:?}"),
@@ -202,7 +202,7 @@ fn only_a_tip_that_jumps_on_its_way_is_no_data() {
 
 /// A twin whose tendons stick in its first sample: by its Jacobian their strokes have no effect.
 struct Sticking<'a> {
-    uncorrected: Uncorrected<'a>,
+    uncorrected: PhysicsTwin<'a>,
     n_asked: usize,
 }
 
@@ -230,20 +230,20 @@ fn tendons_that_begin_to_slide_are_no_jump() {
     // it: a stroke of 2 r / 100 takes it a hundredth of L. Twice that is beyond doubt.
     let stroke = 0.04 * scenes::TENDON_RADIUS;
     let commands = commands(20, |i| [1.0, 0.0, -1.0, 0.0].map(|part| stroke * part * i as f64));
-    let mut plant = Sticking { uncorrected: Uncorrected::new(&twin), n_asked: 0 };
-    let mut drive = Recorded::new(&twin, &commands).expect("strokes of this robot");
+    let mut plant = Sticking { uncorrected: PhysicsTwin::new(&twin), n_asked: 0 };
+    let mut drive = RecordedStrokes::new(&twin, &commands).expect("strokes of this robot");
     let found =
         synthesise(&twin, &mut plant, &mut drive, Metadata::default(), &mut || true).expect("an outcome");
-    let Outcome::Made(found) = found else { panic!("{found:?}") };
+    let SyntheticOutcome::Made(found) = found else { panic!("{found:?}") };
     let x = found.tip().expect("a tip")[0];
     assert!((x[1] - x[0]).abs() > 0.01 * twin.cables.longest(), "no test: {} after {}", x[1], x[0]);
     assert!(plant.n_asked == 3, "taken anew once, {} times in all", plant.n_asked);
 }
 
 /// A tip that is steered to one place, for as long as it takes.
-struct Held<'a>(Steering<'a>);
+struct Held<'a>(PathController<'a>);
 
-impl Drive for Held<'_> {
+impl StrokeSource for Held<'_> {
     fn time(&self, i: usize) -> f64 {
         0.01 * i as f64
     }
@@ -263,15 +263,16 @@ fn the_strokes_of_a_steered_tip_lead_there_again() {
     let twin = Twin::new(&scene, &mesh).expect("a good scene");
     let coordinates = |[a, b]: [f64; 2], strokes: &mut [f64]| strokes.copy_from_slice(&[a, b, -a, -b]);
     let limits = FollowLimits { stroke: 2e-3, rate: 5e-3 };
-    let mut held = Held(Steering::new(&twin, &coordinates, limits, 0.01).expect("tendons that move the tip"));
-    let found = synthesise(&twin, &mut Uncorrected::new(&twin), &mut held, Metadata::default(), &mut || true)
+    let mut held =
+        Held(PathController::new(&twin, &coordinates, limits, 0.01).expect("tendons that move the tip"));
+    let found = synthesise(&twin, &mut PhysicsTwin::new(&twin), &mut held, Metadata::default(), &mut || true)
         .expect("an outcome");
-    let Outcome::Made(steered) = found else { panic!("no data") };
+    let SyntheticOutcome::Made(steered) = found else { panic!("no data") };
     assert_eq!(steered.n_samples(), 150);
     let tip = |recording: &Recording| recording.tip().expect("a tip").map(<[f64]>::to_vec);
     let [x, y, _] = tip(&steered);
     // What is missing shrinks by a factor each sample: nothing but the accuracy of a step is left, some 1e-8 m.
     assert!((x[149] - GOAL[0]).hypot(y[149] - GOAL[1]) < 1e-7, "{} {}", x[149], y[149]);
-    let Outcome::Made(again) = outcome(&twin, &steered) else { panic!("no data") };
+    let SyntheticOutcome::Made(again) = outcome(&twin, &steered) else { panic!("no data") };
     assert_eq!(tip(&steered), tip(&again));
 }

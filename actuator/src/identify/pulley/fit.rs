@@ -1,7 +1,7 @@
 //! Load scale and friction of a servo from steady motion.
 
 use hysteron_base::{BadInput, Bounds};
-use hysteron_fit::{Fit, Options, Parameter, Scale, TOLERANCE, least_squares};
+use hysteron_fit::{Fit, Options, Parameter, ParameterScale, TOLERANCE, least_squares};
 
 use super::slack::find_slack;
 use super::steady::SteadySamples;
@@ -80,11 +80,11 @@ pub fn identify_pulley(
         check_motion(&slack, " on a slack tendon")?;
         slack
     };
-    let problem = Problem { samples: &samples, law, servo, has_tension };
+    let problem = PulleyProblem { samples: &samples, law, servo, has_tension };
     let mut found = problem.fit()?;
     let faster = samples.kept(&faster(&samples.velocity));
     if check_motion(&faster, "").is_ok() {
-        let other = Problem { samples: &faster, ..problem }.fit()?;
+        let other = PulleyProblem { samples: &faster, ..problem }.fit()?;
         found.add_change(&other.fit);
     }
     Ok(found)
@@ -161,14 +161,14 @@ fn check_tension(samples: &SteadySamples) -> Result<(), BadInput> {
 }
 
 #[derive(Clone, Copy)]
-struct Problem<'a> {
+struct PulleyProblem<'a> {
     samples: &'a SteadySamples,
     law: &'a Law,
     servo: &'a PulleyServo,
     has_tension: bool,
 }
 
-impl Problem<'_> {
+impl PulleyProblem<'_> {
     fn fit(&self) -> Result<PulleyFit, BadInput> {
         let torque: Vec<f64> = self.samples.load.iter().map(|load| self.servo.stall_torque * load).collect();
         // Bounds of the law's parameters, and its offset, are relative to friction alone.
@@ -213,7 +213,7 @@ impl Problem<'_> {
             name: name.into(),
             start: 0.0,
             bounds: Bounds { min: -most, max: most },
-            scale: Scale::Linear,
+            scale: ParameterScale::Linear,
             prior: None,
         };
         let hardest = self.samples.acceleration.iter().fold(1e-3, |most: f64, a| most.max(a.abs()));
@@ -225,7 +225,7 @@ impl Problem<'_> {
                 name: LOAD_SCALE.into(),
                 start,
                 bounds: Bounds { min: start / FACTOR, max: start * FACTOR },
-                scale: Scale::Logarithmic,
+                scale: ParameterScale::Logarithmic,
                 prior: None,
             });
         }

@@ -15,7 +15,7 @@ use hysteron_base::{BadInput, Metadata, Recording, Table};
 use hysteron_learn::Result;
 use serde::{Deserialize, Serialize};
 
-use hysteron_arm::{Columns, ImportOptions, Quantity, Recorded, import};
+use hysteron_arm::{ColumnMap, ImportOptions, Quantity, Recorded, import};
 
 /// The recordings.
 pub const SPEEDS: [&str; 3] = ["slow", "middle", "high"];
@@ -76,7 +76,7 @@ pub fn franka_cell(folder: &Path) -> Result<FrankaCell> {
     let mut runs = Vec::new();
     for speed in SPEEDS {
         let path = folder.join(format!("franka_case3_{speed}.csv"));
-        let columns = Some(Columns::named("franka-friction")?);
+        let columns = Some(ColumnMap::named("franka-friction")?);
         let options = ImportOptions { columns, rate_hz: Some(RATE), ..ImportOptions::default() };
         let recording = import(&path, &options, Metadata::default())?.recording;
         runs.push(Run { table: Table::read(&path, None)?, recording });

@@ -1,6 +1,6 @@
 //! Training tasks of the cells: networks, sizes, splits.
 
-use hysteron_learn::{Block, Form};
+use hysteron_learn::{BlockKind, TemporalForm};
 use serde::{Deserialize, Serialize};
 
 use super::{Sample, Split};
@@ -33,9 +33,9 @@ pub struct NetworkKind {
     /// In files.
     pub file: &'static str,
     /// How its layers are put together.
-    pub block: Block,
+    pub block: BlockKind,
     /// Its form in time.
-    pub form: Form,
+    pub form: TemporalForm,
     /// Context length [samples].
     pub tokens: usize,
     /// Motor model in addition to the network.
@@ -47,56 +47,56 @@ pub const NETWORKS: [NetworkKind; 7] = [
     NetworkKind {
         name: "servo + streaming Transformer",
         file: "servo-streaming",
-        block: Block::GatedPreNorm,
-        form: Form::Streaming,
+        block: BlockKind::GatedPreNorm,
+        form: TemporalForm::Streaming,
         tokens: ActuatorOptions::TOKENS,
         prior: Prior::Servo,
     },
     NetworkKind {
         name: "servo + published Transformer",
         file: "servo-window",
-        block: Block::GatedPreNorm,
-        form: Form::Window,
+        block: BlockKind::GatedPreNorm,
+        form: TemporalForm::Window,
         tokens: ActuatorOptions::TOKENS,
         prior: Prior::Servo,
     },
     NetworkKind {
         name: "servo + residual perceptron of one sample",
         file: "servo-perceptron",
-        block: Block::GatedPreNorm,
-        form: Form::Streaming,
+        block: BlockKind::GatedPreNorm,
+        form: TemporalForm::Streaming,
         tokens: 1,
         prior: Prior::Servo,
     },
     NetworkKind {
         name: "servo + GRU",
         file: "servo-gru",
-        block: Block::Gru,
-        form: Form::Streaming,
+        block: BlockKind::Gru,
+        form: TemporalForm::Streaming,
         tokens: ActuatorOptions::TOKENS,
         prior: Prior::Servo,
     },
     NetworkKind {
         name: "servo + LSTM",
         file: "servo-lstm",
-        block: Block::Lstm,
-        form: Form::Streaming,
+        block: BlockKind::Lstm,
+        form: TemporalForm::Streaming,
         tokens: ActuatorOptions::TOKENS,
         prior: Prior::Servo,
     },
     NetworkKind {
         name: "streaming Transformer alone",
         file: "streaming",
-        block: Block::GatedPreNorm,
-        form: Form::Streaming,
+        block: BlockKind::GatedPreNorm,
+        form: TemporalForm::Streaming,
         tokens: ActuatorOptions::TOKENS,
         prior: Prior::None,
     },
     NetworkKind {
         name: "published Transformer alone",
         file: "window",
-        block: Block::GatedPreNorm,
-        form: Form::Window,
+        block: BlockKind::GatedPreNorm,
+        form: TemporalForm::Window,
         tokens: ActuatorOptions::TOKENS,
         prior: Prior::None,
     },

@@ -1,7 +1,7 @@
 //! Faults that NAD does not have: detectors of a degraded motor by fault, with every payload.
 
 use hysteron_base::json;
-use hysteron_learn::{Error, Progress, Result};
+use hysteron_learn::{Error, Result, TrainingProgress};
 use serde_json::{Map, Value};
 
 use super::cells::Protocol;
@@ -25,7 +25,7 @@ pub(super) fn fault_cell(
     protocol: Protocol,
     options: &ActuatorOptions,
     file: &std::path::Path,
-    listener: &mut dyn FnMut(&Progress) -> bool,
+    listener: &mut dyn FnMut(&TrainingProgress) -> bool,
 ) -> Result<Option<Value>> {
     let of = |split: Split| -> Vec<Trajectory> {
         let own = data.samples.iter().filter(|one| protocol.uses(one, split));

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use hysteron_base::json;
-use hysteron_learn::{Error, Progress, Result};
+use hysteron_learn::{Error, Result, TrainingProgress};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -116,7 +116,7 @@ pub(super) fn study_with(
         }
         options
     };
-    let compute = |k: usize, progress: &mut dyn FnMut(&Progress) -> bool| {
+    let compute = |k: usize, progress: &mut dyn FnMut(&TrainingProgress) -> bool| {
         let (plan, options) = (&plans[k], options(&plans[k]));
         let identity = json!({ "study": "neural", "version": 4, "data": identity, "options": options });
         cell(folder, &plan.name, &identity, || {
@@ -147,7 +147,7 @@ fn compared(
     (model, data): (&Model, &NeuralData),
     plan: &Plan,
     options: &ActuatorOptions,
-    listener: &mut dyn FnMut(&Progress) -> bool,
+    listener: &mut dyn FnMut(&TrainingProgress) -> bool,
 ) -> Result<Option<Value>> {
     let of = |split: Split| -> Vec<Trajectory> {
         let own = data.samples.iter().filter(|one| plan.protocol.uses(one, split));
@@ -176,7 +176,7 @@ fn compared(
     let n_tasks = tasks.len();
     for (k, (task, trajectories)) in tasks.into_iter().enumerate() {
         // A comparison is long: who ends the study does not wait for it. The networks stand in their files.
-        if !listener(&Progress::Step { epoch: found.epochs, done: k, of: n_tasks }) {
+        if !listener(&TrainingProgress::Step { epoch: found.epochs, done: k, of: n_tasks }) {
             return Ok(None);
         }
         comparison.add(task.to_owned(), trajectories)?;

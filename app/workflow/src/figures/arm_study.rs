@@ -14,7 +14,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use hysteron_report::figure::{register_embedded_font, save};
-use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};
+use hysteron_report::lines::{Curve, PanelScale, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::sheet::number;
 use hysteron_report::verdict::{Criterion, Verdict};
@@ -320,7 +320,7 @@ fn chart(
     let mut chart =
         TimeChart::over_time(name, title, caption, x, vec![TimePanel::new("log10 nMSE [-]", curves)]);
     chart.x_name = x_name;
-    chart.scale = Scale::Own;
+    chart.scale = PanelScale::Own;
     chart
 }
 
@@ -396,7 +396,7 @@ fn real_charts(k: usize, table: &RealTable) -> Vec<TimeChart> {
         vec![panel],
     );
     errors.x_name = "joint [-]";
-    errors.scale = Scale::Own;
+    errors.scale = PanelScale::Own;
     let of_joint = |joint: usize| {
         let mut curves = vec![Curve {
             width: 4.0,

@@ -5,9 +5,11 @@ use std::path::Path;
 use hysteron_base::Recording;
 
 use hysteron_report::figure::{register_embedded_font, save};
-use hysteron_report::lines::{Scale, Shaded, TimeChart, TimePanel, spans};
+use hysteron_report::lines::{PanelScale, Shaded, TimeChart, TimePanel, spans};
 use hysteron_report::page::{Page, write_page};
-use hysteron_report::series::{TARGET, TWIN, Tip, error_panel, millimetres, numbered_panels, tip_panels};
+use hysteron_report::series::{
+    TARGET, TWIN, TipSeries, error_panel, millimetres, numbered_panels, tip_panels,
+};
 
 /// Writes the figures and `report.html` to `folder`.
 pub fn write(folder: &Path, recording: &Recording) -> anyhow::Result<()> {
@@ -57,7 +59,11 @@ fn stroke_chart(recording: &Recording, strokes: Vec<Vec<f64>>) -> Option<TimeCha
         time,
         numbered_panels("stroke [mm]", "tendon", strokes),
     );
-    Some(TimeChart { scale: Scale::Common, shaded: flags.into_iter().filter_map(shaded).collect(), ..chart })
+    Some(TimeChart {
+        scale: PanelScale::Common,
+        shaded: flags.into_iter().filter_map(shaded).collect(),
+        ..chart
+    })
 }
 
 /// The path [mm], with the tip of the twin and its error where there is one; `None` without a path.
@@ -69,10 +75,10 @@ fn path_chart(recording: &Recording) -> Option<TimeChart> {
     if target.is_empty() {
         return None;
     }
-    let target = Tip::new("target", TARGET, &target);
+    let target = TipSeries::new("target", TARGET, &target);
     let mut tips = vec![target];
     if !twin.is_empty() {
-        tips.push(Tip::new("twin", TWIN, &twin));
+        tips.push(TipSeries::new("twin", TWIN, &twin));
     }
     let mut panels: Vec<TimePanel> = tip_panels(&tips);
     if let [target, twin] = &tips[..] {

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use hysteron_control::inverse::{Axes, Workspace};
+use hysteron_control::inverse::{Axes, TipWorkspace};
 use plotters::prelude::*;
 
 use crate::shared::inputs::Input;
 use crate::tendon::generate::{Outcome, SyntheticTrajectory, tip_of};
-use hysteron_report::figure::{Entry, Figure, register_embedded_font, save};
+use hysteron_report::figure::{Figure, LegendEntry, register_embedded_font, save};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::plane::square_around;
 use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
@@ -93,7 +93,7 @@ impl Coverage {
         let of_robot: Vec<Vec<[f64; 2]>> =
             real.iter().filter_map(|input| tip_of(&input.recording).ok()).collect();
         let robot = of_robot.concat();
-        let hull = Workspace::new(Axes::Planar, robot.iter().map(|[x, y]| [*x, *y, 0.0]).collect());
+        let hull = TipWorkspace::new(Axes::Planar, robot.iter().map(|[x, y]| [*x, *y, 0.0]).collect());
         let mut all: Vec<(String, Points)> = tips
             .into_iter()
             .map(|(family, (n, points))| (format!("{family}: {n} trajectories"), points))
@@ -182,7 +182,7 @@ impl Figure for Coverage {
         )
     }
 
-    fn legend(&self) -> Vec<Entry> {
+    fn legend(&self) -> Vec<LegendEntry> {
         let hull = (!self.hull.is_empty()).then(|| ("convex hull of the robot's samples".to_owned(), HULL));
         hull.into_iter().collect()
     }

@@ -10,7 +10,7 @@ use crate::shared::shapes::{NamedShape, TipShapes};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Shaded, TimeChart, spans, without_gaps};
 use hysteron_report::page::{Page, write_metrics, write_page};
-use hysteron_report::series::{MEASURED, Tip, millimetres, numbered_panels, tip_panels};
+use hysteron_report::series::{MEASURED, TipSeries, millimetres, numbered_panels, tip_panels};
 
 /// Recordings that are drawn at most, where there are not more families.
 const MAX_SHOWN: usize = 9;
@@ -128,7 +128,7 @@ fn over_time(name: &str, recording: &Recording) -> TimeChart {
         }
     }
     if let Some(tip) = recording.tip() {
-        panels.extend(tip_panels(&[Tip::new("measured tip", MEASURED, &tip).without_gaps(gap)]));
+        panels.extend(tip_panels(&[TipSeries::new("measured tip", MEASURED, &tip).without_gaps(gap)]));
     }
     let caption = "Commanded strokes [mm], loads as the servos report them, as a part of their largest, and measured tip \
                    [mm], over time [s]. Shaded: samples that were not measured and are filled in. Each panel has its own \

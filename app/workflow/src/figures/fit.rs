@@ -3,7 +3,7 @@
 use hysteron_base::json;
 use std::path::Path;
 
-use hysteron_twin::fit::{Scale, Standing};
+use hysteron_twin::fit::{Identifiability, ParameterScale};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -145,7 +145,7 @@ fn metrics<'a>(outcome: &'a Outcome, command: &'a str, doubts: &'a [String]) -> 
             lower_bound: selected.parameter.bounds.min,
             upper_bound: selected.parameter.bounds.max,
             prior_width: selected.parameter.prior.map(|prior| prior.width),
-            is_at_bound: estimate.standing == Standing::AtBound,
+            is_at_bound: estimate.standing == Identifiability::AtBound,
             standing: standing(&estimate.standing),
         }
     };
@@ -199,8 +199,8 @@ fn rows(outcome: &Outcome) -> Vec<Vec<String>> {
             format!("{} to {}", own(bounds.min), own(bounds.max)),
             match (selected.parameter.prior, selected.parameter.scale) {
                 (None, _) => "-".into(),
-                (Some(prior), Scale::Linear) => format!("± {}", own(prior.width)),
-                (Some(prior), Scale::Logarithmic) => format!("a factor of {}", digits(prior.width)),
+                (Some(prior), ParameterScale::Linear) => format!("± {}", own(prior.width)),
+                (Some(prior), ParameterScale::Logarithmic) => format!("a factor of {}", digits(prior.width)),
             },
             standing(&estimate.standing),
         ]

@@ -13,7 +13,7 @@ use crate::{COMMIT, Context};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::TimeChart;
 use hysteron_report::page::{Page, write_metrics, write_page};
-use hysteron_report::series::{MEASURED, TWIN, Tip, UNCORRECTED, error_panel, millimetres, tip_panels};
+use hysteron_report::series::{MEASURED, TWIN, TipSeries, UNCORRECTED, error_panel, millimetres, tip_panels};
 use hysteron_report::strokes::auxiliary_strokes;
 use hysteron_report::verdict::{Criterion, Verdict};
 
@@ -176,9 +176,9 @@ fn charts(name: &str, recording: &Recording) -> Vec<TimeChart> {
         ["x", "y", "z"].iter().map_while(|axis| recording.channel(&format!("{stem}_{axis}_m"))).collect()
     };
     let time = recording.time();
-    let measured = Tip::new("measured", MEASURED, &tip("tip")).without_gaps(recording.gap());
+    let measured = TipSeries::new("measured", MEASURED, &tip("tip")).without_gaps(recording.gap());
     let twins = [("uncorrected twin", UNCORRECTED, "bare"), ("twin with auxiliary tendons", TWIN, "twin")]
-        .map(|(name, color, stem)| Tip::new(name, color, &tip(stem)));
+        .map(|(name, color, stem)| TipSeries::new(name, color, &tip(stem)));
     let errors = TimeChart::over_time(
         format!("{name}-error"),
         format!("{name}: error of the tip"),

@@ -8,7 +8,7 @@ use plotters::prelude::*;
 use super::tracking::TARGET;
 use crate::tendon::target::Outcome;
 use crate::tendon::target::reach::Reach;
-use hysteron_report::figure::{Entry, Figure, register_embedded_font, save};
+use hysteron_report::figure::{Figure, LegendEntry, register_embedded_font, save};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::plane::{dashes, square_around};
 use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet};
@@ -81,7 +81,7 @@ impl Figure for Picture<'_> {
         format!("The target's curve, dashed, and the way to it from rest, at (0, 0).{reach}")
     }
 
-    fn legend(&self) -> Vec<Entry> {
+    fn legend(&self) -> Vec<LegendEntry> {
         let mut names = vec![("target".to_owned(), TARGET), ("way to it".to_owned(), WAY)];
         if self.reach.is_some() {
             names.extend([("reached".to_owned(), REACHED), ("out of reach".to_owned(), MISSED)]);

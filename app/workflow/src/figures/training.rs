@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::shared::recording_checks::Findings;
 use crate::{COMMIT, Context, shared::verdict};
 use hysteron_report::figure::{register_embedded_font, save};
-use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};
+use hysteron_report::lines::{Curve, PanelScale, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics};
 use hysteron_report::verdict::{Criterion, Verdict};
 
@@ -176,7 +176,7 @@ fn learning_curve(number: usize, report: &FitReport) -> TimeChart {
         x: (1..=report.curve.len()).map(|epoch| epoch as f64).collect(),
         panels: vec![panel],
         shaded: Vec::new(),
-        scale: Scale::Common,
+        scale: PanelScale::Common,
     }
 }
 

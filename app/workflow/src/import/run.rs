@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_arm::{ArmKnown, BadRows, CURRENTS_BY, Columns, Recorded, UnitCheck, with_arm};
+use hysteron_arm::{ArmKnown, BadRows, CURRENTS_BY, ColumnMap, Recorded, UnitCheck, with_arm};
 use hysteron_base::import::{self, Assembled, Request};
-use hysteron_base::{BadInput, Filter, Recording, file};
+use hysteron_base::{BadInput, Recording, RowFilter, file};
 
 use super::outcome::{Imported, ImportedRecording, Outcome, Proposed, is_of_arm, out_of, verdict};
 use super::{Options, page};
@@ -30,7 +30,7 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let robot = |text: &str| options.robot_options.model_of_any_mass(text, context);
     let known_model = options.model.as_deref().map(robot).transpose()?;
     let known_drive = options.drive.as_deref().map(drive).transpose()?;
-    let columns = options.map.as_deref().map(Columns::named).transpose()?;
+    let columns = options.map.as_deref().map(ColumnMap::named).transpose()?;
     let known = ArmKnown {
         model: known_model.as_ref(),
         unit_check: if options.accept_units { UnitCheck::Accept } else { UnitCheck::Refuse },
@@ -39,7 +39,7 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let request = Request {
         columns,
         rate_hz: options.rate,
-        filter: options.filter.as_deref().map(|text| Filter::parse("--where", text)).transpose()?,
+        filter: options.filter.as_deref().map(|text| RowFilter::parse("--where", text)).transpose()?,
         episode: options.episodes.clone(),
         bad_rows: if options.leave_out_bad_rows { BadRows::LeaveOut } else { BadRows::Refuse },
     };

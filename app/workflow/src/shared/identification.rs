@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use hysteron_base::{BadInput, file, json};
-use hysteron_fit::Standing;
+use hysteron_fit::Identifiability;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -100,18 +100,20 @@ pub(crate) struct Row {
     /// Note on its identifiability; empty where there is nothing to note.
     pub note: String,
     /// The same as a fit has it.
-    pub standing: Standing,
+    pub standing: Identifiability,
 }
 
 impl Row {
     /// Of a fit by least squares.
     pub(crate) fn of_estimate(estimate: &hysteron_fit::Estimate) -> Self {
         let note = match &estimate.standing {
-            Standing::Fitted => String::new(),
-            Standing::AtBound => "at its bound".into(),
-            Standing::Vague => "vague".into(),
-            Standing::Undetermined(others) if others.is_empty() => "not determined: held".into(),
-            Standing::Undetermined(others) => format!("held: cannot be told from {}", others.join(", ")),
+            Identifiability::Fitted => String::new(),
+            Identifiability::AtBound => "at its bound".into(),
+            Identifiability::Vague => "vague".into(),
+            Identifiability::Undetermined(others) if others.is_empty() => "not determined: held".into(),
+            Identifiability::Undetermined(others) => {
+                format!("held: cannot be told from {}", others.join(", "))
+            }
         };
         Self {
             name: estimate.name.clone(),
@@ -131,7 +133,7 @@ impl Row {
             value: term.value,
             standard_error: Some(term.standard_error),
             note,
-            standing: Standing::Fitted,
+            standing: Identifiability::Fitted,
         }
     }
 

@@ -1,6 +1,6 @@
 //! Locking of linear tetrahedra on a robot, as verbs report it.
 
-use hysteron_base::{Drive, Scene};
+use hysteron_base::{PrescribedQuantity, Scene};
 use hysteron_fem::{Cells, Mesh};
 use hysteron_twin::{LockedMove, Locking, Target, Twin};
 use schemars::JsonSchema;
@@ -80,7 +80,7 @@ pub(crate) fn warn_before_fit(scene: &Scene) -> anyhow::Result<()> {
 pub struct Estimator {
     locking: Option<Locking>,
     estimate: LockingEstimate,
-    drives: Vec<Drive>,
+    drives: Vec<PrescribedQuantity>,
     names: Vec<String>,
 }
 
@@ -114,11 +114,11 @@ impl Estimator {
         for (j, (drive, name)) in self.drives.iter().zip(&self.names).enumerate() {
             let mut targets = free.clone();
             let command = match drive {
-                Drive::Tension => {
+                PrescribedQuantity::Tension => {
                     targets[j] = Target::Tension(1.0);
                     format!("pulling {name} with 1 N")
                 }
-                Drive::Stroke | Drive::Free => {
+                PrescribedQuantity::Stroke | PrescribedQuantity::Free => {
                     targets[j] = Target::Stroke(1e-3);
                     format!("pulling {name} by 1 mm")
                 }

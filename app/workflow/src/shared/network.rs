@@ -3,16 +3,16 @@
 use std::path::Path;
 
 use hysteron_base::{BadInput, Scene, file};
-use hysteron_twin::coreact::Auxiliary;
-use hysteron_twin::residual::{ResidualModel, Rollout};
-use hysteron_twin::{Plant, Twin, Uncorrected};
+use hysteron_twin::coreact::AuxiliaryLimits;
+use hysteron_twin::residual::{CorrectedRollout, ResidualModel};
+use hysteron_twin::{PhysicsTwin, Plant, Twin};
 
 /// A network and the tendons that it drives.
 pub struct Network {
     /// SHA-256 of its checkpoint.
     pub hash: String,
     model: ResidualModel,
-    auxiliary: Auxiliary,
+    auxiliary: AuxiliaryLimits,
 }
 
 impl Network {
@@ -20,7 +20,7 @@ impl Network {
     pub fn read(path: &Path, scene: &Scene, twin: &Twin) -> anyhow::Result<Self> {
         let hash = file::sha256_hex(&file::read_bytes(path)?);
         let model = ResidualModel::read(path)?;
-        let auxiliary = Auxiliary::new(twin)?;
+        let auxiliary = AuxiliaryLimits::new(twin)?;
         model
             .check(twin.n_primary, auxiliary.len(), model.step_s)
             .map_err(|bad| bad.within(path.display()))?;
@@ -43,7 +43,7 @@ impl Network {
     }
 
     /// The tendons that it drives.
-    pub fn auxiliary(&self) -> &Auxiliary {
+    pub fn auxiliary(&self) -> &AuxiliaryLimits {
         &self.auxiliary
     }
 
@@ -53,8 +53,8 @@ impl Network {
     }
 
     /// A closed loop at rest, for samples `step` [s] apart.
-    pub fn rollout<'a>(&'a self, twin: &'a Twin, step: f64) -> Result<Rollout<'a>, BadInput> {
-        Rollout::new(twin, &self.auxiliary, &self.model, step)
+    pub fn rollout<'a>(&'a self, twin: &'a Twin, step: f64) -> Result<CorrectedRollout<'a>, BadInput> {
+        CorrectedRollout::new(twin, &self.auxiliary, &self.model, step)
     }
 }
 
@@ -66,6 +66,6 @@ pub fn plant<'a>(
 ) -> Result<Box<dyn Plant + 'a>, BadInput> {
     Ok(match network {
         Some(network) => Box::new(network.rollout(twin, step)?),
-        None => Box::new(Uncorrected::new(twin)),
+        None => Box::new(PhysicsTwin::new(twin)),
     })
 }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use hysteron_base::{BadInput, Scene, file};
-use hysteron_control::{Limits, Plan};
+use hysteron_control::{Plan, StrokeLimits};
 
 /// Angles of tendons that differ by less than this are meant to be the same [rad].
 const SAME_ANGLE: f64 = 1e-3;
@@ -24,11 +24,11 @@ pub fn read(named: &str) -> anyhow::Result<(Plan, String)> {
 ///
 /// # Errors
 /// `BadInput` where next to nothing is left of it; those of reading.
-pub fn within(named: &str, limits: &[Limits], by: &str) -> anyhow::Result<(Plan, String, f64)> {
+pub fn within(named: &str, limits: &[StrokeLimits], by: &str) -> anyhow::Result<(Plan, String, f64)> {
     /// Part of the plan's size below which it is another plan.
     const SMALLEST: f64 = 0.02;
     let (plan, text) = read(named)?;
-    let release = |limits: &Limits| -limits.stroke.min / limits.stroke.max;
+    let release = |limits: &StrokeLimits| -limits.stroke.min / limits.stroke.max;
     let release = limits.iter().map(release).fold(1.0, f64::min).max(0.0);
     let typed = plan.trajectories().first().map_or(release, |one| one.tendons.release);
     let (plan, text) = if release < typed { changed(&text, "release", release)? } else { (plan, text) };

@@ -1,7 +1,7 @@
 //! Command and tip of recordings over each other: their numbers and their figure.
 
 use hysteron_base::{BadInput, Recording};
-use hysteron_control::shape::{Shape, ShapeNumbers};
+use hysteron_control::shape::{HysteresisShape, ShapeNumbers};
 use hysteron_report::overlay::{OverlayTile, PathKind, PathOverlay};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// Command and tip of several recordings.
 pub struct TipShapes {
     /// Name of each, and its shape.
-    shapes: Vec<(String, Shape)>,
+    shapes: Vec<(String, HysteresisShape)>,
 }
 
 /// Numbers of one recording, for `metrics.json`.
@@ -59,7 +59,7 @@ impl TipShapes {
     /// Those of at least one recording, each with its name, for tendons at these angles [rad] about z.
     pub fn new(angles: &[f64], recordings: &[(&str, &Recording)]) -> Result<Self, BadInput> {
         let shape = |(name, recording): &(&str, &Recording)| {
-            Ok(((*name).to_owned(), Shape::of(recording, angles).map_err(|bad| bad.within(name))?))
+            Ok(((*name).to_owned(), HysteresisShape::of(recording, angles).map_err(|bad| bad.within(name))?))
         };
         Ok(Self { shapes: recordings.iter().map(shape).collect::<Result<_, BadInput>>()? })
     }
@@ -71,7 +71,7 @@ impl TipShapes {
 
     /// The figure: one pair of axes per recording, all to one scale.
     pub fn figure(&self) -> PathOverlay {
-        let tile = |(name, shape): &(String, Shape)| OverlayTile {
+        let tile = |(name, shape): &(String, HysteresisShape)| OverlayTile {
             title: name.clone(),
             note: line(&shape.numbers),
             paths: paths(shape).into(),
@@ -97,7 +97,7 @@ fn line(numbers: &ShapeNumbers) -> String {
 }
 
 /// Command, as scaled, and tip [mm].
-fn paths(shape: &Shape) -> [Vec<(f64, f64)>; 2] {
+fn paths(shape: &HysteresisShape) -> [Vec<(f64, f64)>; 2] {
     let scaled =
         |points: &[[f64; 2]], factor: f64| points.iter().map(|p| (factor * p[0], factor * p[1])).collect();
     [scaled(&shape.command, 1e3 * shape.numbers.tip_per_stroke), scaled(&shape.tip, 1e3)]

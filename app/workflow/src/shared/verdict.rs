@@ -1,6 +1,6 @@
 //! Assessment of a fit's estimates for and against its use; the limits stand in `hysteron_report::verdict`.
 
-use hysteron_fit::{Estimate, Standing};
+use hysteron_fit::{Estimate, Identifiability};
 use hysteron_report::verdict::{Criterion, Judgement, Reason, Verdict};
 
 /// A parameter after a fit, as a verdict asks for it.
@@ -12,7 +12,7 @@ pub struct Judged<'a> {
     /// Its standard error, where it has one.
     pub standard_error: Option<f64>,
     /// Identifiability of the parameter.
-    pub standing: &'a Standing,
+    pub standing: &'a Identifiability,
     /// Of a size the standard error is held against it.
     pub kind: Kind,
     /// Consequence where the data do not determine it.
@@ -36,7 +36,7 @@ impl<'a> Judged<'a> {
     }
 
     fn is_open(&self) -> bool {
-        matches!(self.standing, Standing::Undetermined(_) | Standing::Vague)
+        matches!(self.standing, Identifiability::Undetermined(_) | Identifiability::Vague)
     }
 }
 
@@ -46,7 +46,7 @@ pub fn parameters(judgement: Judgement, judged: &[Judged]) -> Judgement {
         return judgement;
     }
     let share = |names: &[&str]| names.len() as f64 / judged.len() as f64;
-    let on_bound: Vec<&str> = (judged.iter().filter(|judged| *judged.standing == Standing::AtBound))
+    let on_bound: Vec<&str> = (judged.iter().filter(|judged| *judged.standing == Identifiability::AtBound))
         .map(|judged| &judged.name[..])
         .collect();
     let judgement = judgement.because(
@@ -154,7 +154,7 @@ mod tests {
 
     use super::*;
 
-    fn estimate(name: &str, value: f64, standard_error: Option<f64>, standing: Standing) -> Estimate {
+    fn estimate(name: &str, value: f64, standard_error: Option<f64>, standing: Identifiability) -> Estimate {
         Estimate { name: name.into(), start: 1.0, value, standard_error, standing }
     }
 
@@ -168,17 +168,17 @@ mod tests {
 
     #[test]
     fn a_bound_an_open_parameter_and_a_large_error_are_each_named() {
-        let good = estimate("modulus", 2.0, Some(0.1), Standing::Fitted);
+        let good = estimate("modulus", 2.0, Some(0.1), Identifiability::Fitted);
         assert_eq!(judge(std::slice::from_ref(&good), None).sentence, "Usable: it holds.");
-        let bound = estimate("compliance", 0.0, None, Standing::AtBound);
+        let bound = estimate("compliance", 0.0, None, Identifiability::AtBound);
         let verdict = judge(&[good.clone(), bound.clone()], None);
         assert_eq!(verdict.usability, Usability::UsableWithCare);
         assert!(verdict.sentence.contains("compliance ended on a bound"), "{}", verdict.sentence);
         assert_eq!(judge(&[bound], None).usability, Usability::NotUsable);
-        let open = estimate("friction", 0.3, None, Standing::Undetermined(vec![]));
+        let open = estimate("friction", 0.3, None, Identifiability::Undetermined(vec![]));
         let verdict = judge(&[good.clone(), open], Some("its hysteresis is assumed"));
         assert!(verdict.sentence.contains("do not determine friction: its hysteresis is assumed"));
-        let wide = estimate("damping", 1.0, Some(0.8), Standing::Fitted);
+        let wide = estimate("damping", 1.0, Some(0.8), Identifiability::Fitted);
         let verdict = judge(&[good, wide], None);
         assert!(verdict.sentence.contains("damping has a standard error of 80 %"), "{}", verdict.sentence);
     }

@@ -7,12 +7,12 @@ use anyhow::Context as _;
 use hysteron_base::schema::{between, check_header, count, text};
 use hysteron_base::size::check_at_most;
 use hysteron_base::{BadInput, Scene, file};
-use hysteron_control::plan::{Role, Trajectory};
+use hysteron_control::plan::{Trajectory, TrajectoryRole};
 use hysteron_control::{Plan, TargetPath};
 use hysteron_learn::{MAX_EPOCHS, MAX_HIDDEN};
 use hysteron_twin::Twin;
-use hysteron_twin::coreact::Auxiliary;
-use hysteron_twin::fit::{Wanted, select};
+use hysteron_twin::coreact::AuxiliaryLimits;
+use hysteron_twin::fit::{FitParameter, select};
 
 use super::stage::Argument;
 use super::{Method, PlanChoice, Rig, SceneChoice, Study, Target, Track, schema};
@@ -167,7 +167,8 @@ fn named_plan(typed: &str, folder: &Path) -> anyhow::Result<(PlanChoice, Plan)> 
     };
     let (plan, _) = plan::read(&argument.typed)?;
     let of = |is_training: bool| {
-        let chosen = plan.trajectories().iter().filter(|one| (one.role == Role::Training) == is_training);
+        let chosen =
+            plan.trajectories().iter().filter(|one| (one.role == TrajectoryRole::Training) == is_training);
         chosen.map(|one: &Trajectory| (one.name.clone(), one.n_samples())).collect()
     };
     Ok((PlanChoice { argument, training: of(true), checks: of(false) }, plan))
@@ -221,7 +222,7 @@ fn scene(typed: &schema::StudyFile, folder: &Path, source: &Source) -> anyhow::R
     check_tendons(&scene, source)?;
     let twin = Twin::from_scene(&scene)?;
     if typed.identify.is_some() {
-        Auxiliary::new(&twin)?;
+        AuxiliaryLimits::new(&twin)?;
     }
     Ok((SceneChoice { mesh: plain(&scene.mesh_path), path, robot: scene.name.clone() }, scene))
 }
@@ -251,7 +252,7 @@ fn check_calibration(typed: &schema::Calibrate, plan: &Plan, scene: &Scene) -> a
     if let Some(found) = found {
         return Err(BadInput::new("calibrate.recordings", format!("of {}", names.join(", ")), found).into());
     }
-    let fit: Vec<_> = typed.fit.iter().map(Wanted::named).collect();
+    let fit: Vec<_> = typed.fit.iter().map(FitParameter::named).collect();
     select(scene, &fit).context("calibrate.fit")?;
     Ok(())
 }

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use hysteron_fem::{Encoding, Layers, Order, Tube, write_mesh};
+use hysteron_fem::{Layers, MshEncoding, Order, Tube, write_mesh};
 use hysteron_fuzz::drive;
 use hysteron_fuzz::text::{slipped, slips};
 
@@ -38,7 +38,7 @@ fn no_slip_in_a_study_does_harm() {
         std::fs::copy(studies.join(name), folder.path().join(name)).unwrap();
     }
     std::fs::copy(scene, robot.join("scene.toml")).unwrap();
-    write_mesh(&robot.join("tpu80.msh"), &coarse().mesh().unwrap(), 1e-3, Encoding::Binary).unwrap();
+    write_mesh(&robot.join("tpu80.msh"), &coarse().mesh().unwrap(), 1e-3, MshEncoding::Binary).unwrap();
     let text = std::fs::read_to_string(studies.join("study.toml")).unwrap();
     let path = folder.path().join("study.toml");
     std::fs::write(&path, &text).unwrap();

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use hysteron_base::checks::Purpose;
 use hysteron_base::{Scene, json};
-use hysteron_twin::residual::{AdaptOptions, Adapted, Kept, adapt, n_samples};
+use hysteron_twin::residual::{AdaptOptions, Adapted, AdaptedParts, adapt, n_samples};
 use hysteron_twin::{Motion, Twin};
 use serde::Serialize;
 use serde_json::Value;
@@ -88,7 +88,7 @@ struct Metrics<'a> {
     version: u32,
     /// Whether the adapted twin can be used.
     verdict: Verdict,
-    kept: Kept,
+    kept: AdaptedParts,
     /// By what would be kept: the root mean square distance of the tip on all blocks while each was held out.
     held_out: Vec<HeldOut>,
     blocks: Vec<Block<'a>>,
@@ -104,7 +104,7 @@ struct Metrics<'a> {
 
 #[derive(Serialize)]
 struct HeldOut {
-    kept: Kept,
+    kept: AdaptedParts,
     rms_m: f64,
 }
 
@@ -155,13 +155,13 @@ impl<'a> Metrics<'a> {
 
 /// Whether what was kept does better, on blocks that were held out, than the twin as it was.
 fn judged(adapted: &Adapted) -> Verdict {
-    let held_out = |wanted: Kept| {
+    let held_out = |wanted: AdaptedParts| {
         adapted.held_out_m.iter().find(|(kept, _)| *kept == wanted).map_or(f64::NAN, |(_, rms)| *rms)
     };
-    let (before, after) = (held_out(Kept::Nothing), held_out(adapted.kept));
+    let (before, after) = (held_out(AdaptedParts::Nothing), held_out(adapted.kept));
     let mm = |m: f64| format!("{:.3} mm", 1e3 * m);
     let statement = match adapted.kept {
-        Kept::Nothing => {
+        AdaptedParts::Nothing => {
             format!(
                 "nothing new explains the recordings better than the twin as it was ({}), which stays as it is",
                 mm(before)
@@ -186,12 +186,12 @@ fn judged(adapted: &Adapted) -> Verdict {
 }
 
 /// Description of the parts that would be kept.
-fn words(kept: Kept) -> &'static str {
+fn words(kept: AdaptedParts) -> &'static str {
     match kept {
-        Kept::Nothing => "nothing new",
-        Kept::Change => "zeros, play and friction",
-        Kept::Correction => "a linear correction",
-        Kept::Both => "zeros, play, friction and a linear correction",
+        AdaptedParts::Nothing => "nothing new",
+        AdaptedParts::Change => "zeros, play and friction",
+        AdaptedParts::Correction => "a linear correction",
+        AdaptedParts::Both => "zeros, play, friction and a linear correction",
     }
 }
 

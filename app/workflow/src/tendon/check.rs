@@ -5,7 +5,7 @@ mod recordings;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use hysteron_base::{BadInput, Drive, Scene};
+use hysteron_base::{BadInput, PrescribedQuantity, Scene};
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
 use hysteron_twin::Twin;
 
@@ -214,9 +214,9 @@ fn print_row(twin: &Twin, name: &str, first: usize, end: usize, context: &Contex
     let n_points = twin.cables.polyline(first, &twin.body.rest).len();
     let outside = twin.tendons[first..end].iter().map(|tendon| tendon.outside).fold(0.0, f64::max);
     let drive = match tendon.drive {
-        Drive::Stroke => "stroke",
-        Drive::Tension => "tension",
-        Drive::Free => "nothing",
+        PrescribedQuantity::Stroke => "stroke",
+        PrescribedQuantity::Tension => "tension",
+        PrescribedQuantity::Free => "nothing",
     };
     context.print(format_args!(
         "{name:<19}{drive:<12}{:>6}{:>14.3}{:>24.3}   {:<14}{:<17}{}",

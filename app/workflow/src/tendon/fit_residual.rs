@@ -6,9 +6,10 @@ use std::time::Instant;
 use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Recording, rng};
 use hysteron_control::split::{MotionKind, draw_validation};
-use hysteron_learn::{Epoch, FitReport, Progress};
+use hysteron_learn::{Epoch, FitReport, TrainingProgress};
 use hysteron_twin::residual::{
-    Fitted, PUBLISHED, RecurrentOptions, ResidualModel, Sequence, Sessions, fit_recurrent, fit_windowed,
+    FittedResidual, PUBLISHED, RecurrentOptions, ResidualModel, Sequence, Sessions, fit_recurrent,
+    fit_windowed,
 };
 use serde_json::Value;
 
@@ -97,11 +98,11 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     let files = (1..=n_files).map(|k| options.out.with_extension(format!("training-{k}"))).collect();
     let unfinished = Unfinished::new(&options.out, files);
     let display = Display::new(context);
-    let progress = |number: usize, report: &Progress| display.show(number, report);
+    let progress = |number: usize, report: &TrainingProgress| display.show(number, report);
     let sessions = Sessions { files: unfinished.files.clone(), progress: &progress };
     let fitted = fit(options, &sequences, &held_out, &scene_hash, &display, &sessions);
     display.bar.finish();
-    let Fitted { mut model, reports, is_finished } = fitted?;
+    let FittedResidual { mut model, reports, is_finished } = fitted?;
     context.sign(&mut model.training);
     model.write(&options.out)?;
     let value = report(options, &model, &reports, &findings, context)?;
@@ -151,7 +152,7 @@ fn fit(
     scene_hash: &str,
     display: &Display,
     sessions: &Sessions<'_>,
-) -> hysteron_twin::Result<Fitted> {
+) -> hysteron_twin::Result<FittedResidual> {
     let Options { epochs, hidden, seed, .. } = *options;
     match options.design {
         DesignName::Recurrent => {
@@ -191,8 +192,8 @@ impl<'a> Display<'a> {
     }
 
     /// False where the training is to end.
-    fn show(&self, member: usize, progress: &Progress) -> bool {
-        if let Progress::Epoch(Epoch { number, of, training, validation, best }) = progress {
+    fn show(&self, member: usize, progress: &TrainingProgress) -> bool {
+        if let TrainingProgress::Epoch(Epoch { number, of, training, validation, best }) = progress {
             self.bar.inc(1);
             self.bar.set_message(format!("held out {best:.3} mm"));
             tracing::debug!(

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use hysteron_base::{BadInput, LengthUnit, file};
 use hysteron_fem::{
-    Channel, Distribution, Encoding, Layers, Mesh, MeshQuality, Order, Tube, check_mesh, read_mesh,
+    Distribution, Layers, Mesh, MeshQuality, MshEncoding, Order, TendonChannel, Tube, check_mesh, read_mesh,
     write_mesh, write_vtu,
 };
 
@@ -99,7 +99,7 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     // Whole nanometres: shorter files, and the same on machines whose sines differ in the last digit.
     mesh.nodes.iter_mut().flatten().for_each(|x| *x = (*x * 1e9).round() / 1e9);
     let quality = check_mesh(&mesh, "the mesh of these measures")?;
-    let encoding = if options.binary { Encoding::Binary } else { Encoding::Ascii };
+    let encoding = if options.binary { MshEncoding::Binary } else { MshEncoding::Ascii };
     write_new("--out", &options.out, context, |path| {
         write_mesh(path, &mesh, LengthUnit::Millimetre.to_m(), encoding)
     })?;
@@ -222,7 +222,7 @@ fn is_own_mesh(path: &Path, scratch: &Path) -> bool {
         let (found, kept) = (file::read_bytes(path)?, file::read_bytes(scratch)?);
         let mesh = read_mesh(path, 1.0)?;
         let mut is_own = false;
-        for encoding in [Encoding::Ascii, Encoding::Binary] {
+        for encoding in [MshEncoding::Ascii, MshEncoding::Binary] {
             write_mesh(scratch, &mesh, 1.0, encoding)?;
             is_own |= file::read_bytes(scratch)? == found;
         }
@@ -275,14 +275,17 @@ fn tube(options: &Options) -> Result<Tube, BadInput> {
     })
 }
 
-fn channels(options: &Options) -> Result<Vec<Channel>, BadInput> {
+fn channels(options: &Options) -> Result<Vec<TendonChannel>, BadInput> {
     let n = options.channels;
     match (n, options.channel_diameter_mm, options.channel_radius_mm) {
         (0, None, None) => Ok(Vec::new()),
         (1.., Some(diameter), Some(distance)) => {
             let angle = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(n);
-            let channel =
-                |k| Channel { angle: angle(k), center_radius: 1e-3 * distance, radius: 0.5e-3 * diameter };
+            let channel = |k| TendonChannel {
+                angle: angle(k),
+                center_radius: 1e-3 * distance,
+                radius: 0.5e-3 * diameter,
+            };
             Ok((0..n).map(channel).collect())
         }
         (0, ..) => Err(BadInput::new("--channels", "their number, with a diameter or radius given", "0")),

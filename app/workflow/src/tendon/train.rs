@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use hysteron_base::BadInput;
 use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_control::inverse::{
-    Axes, Dataset, Demonstration, Fitted, LossWeights, Origin, PUBLISHED, RecurrentOptions, fit_recurrent,
-    fit_windowed,
+    Axes, DataOrigin, Dataset, Demonstration, FittedController, LossWeights, PUBLISHED, RecurrentOptions,
+    fit_recurrent, fit_windowed,
 };
-use hysteron_learn::{Epoch, Progress, Session, WeightFormat};
+use hysteron_learn::{Epoch, TrainingProgress, TrainingSession, WeightFormat};
 use serde_json::Value;
 
 use crate::Context;
@@ -94,9 +94,9 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     context.listen();
     let unfinished = Unfinished::new(&options.out, vec![options.out.with_extension("training")]);
     let mut display = Display { bar: None, context };
-    let mut progress = |progress: &Progress| display.show(progress);
+    let mut progress = |progress: &TrainingProgress| display.show(progress);
     let file = unfinished.files.first().map(PathBuf::as_path);
-    let mut session = Session { file, progress: &mut progress };
+    let mut session = TrainingSession { file, progress: &mut progress };
     let fitted = match options.design {
         DesignName::Recurrent => fit_recurrent(&data, &recurrent(options), &mut session),
         DesignName::Paper => {
@@ -129,8 +129,8 @@ fn dataset(options: &Options, inputs: &[Input], context: &Context) -> anyhow::Re
     context.print(format_args!("validated on: {}", names.join(", ")));
     context.print(format_args!(
         "learns from: {} real and {} synthetic recordings, {} samples; {left_out} left out by their role",
-        data.count(Origin::Real),
-        data.count(Origin::Synthetic),
+        data.count(DataOrigin::Real),
+        data.count(DataOrigin::Synthetic),
         data.training.iter().map(Demonstration::len).sum::<usize>(),
     ));
     Ok(data)
@@ -160,13 +160,13 @@ struct Display<'a> {
 
 impl Display<'_> {
     /// False once the person has asked to stop.
-    fn show(&mut self, progress: &Progress) -> bool {
+    fn show(&mut self, progress: &TrainingProgress) -> bool {
         match progress {
-            Progress::Step { done, of, .. } => {
+            TrainingProgress::Step { done, of, .. } => {
                 let bar = self.bar.get_or_insert_with(|| self.context.progress("steps of the epoch", *of, 0));
                 bar.set_position(*done as u64);
             }
-            Progress::Epoch(Epoch { number, of, training, validation, best }) => {
+            TrainingProgress::Epoch(Epoch { number, of, training, validation, best }) => {
                 self.end();
                 tracing::info!(
                     "epoch {number}/{of}: {training:.3} mm, validation {validation:.3} mm, best {best:.3} mm"
@@ -187,7 +187,7 @@ impl Display<'_> {
 fn report(
     options: &Options,
     data: &Dataset,
-    fitted: &Fitted,
+    fitted: &FittedController,
     findings: &Findings,
     context: &Context,
 ) -> anyhow::Result<Value> {

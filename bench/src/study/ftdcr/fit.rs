@@ -6,7 +6,7 @@
 use anyhow::Result;
 use hysteron_base::{BadInput, Bounds};
 use hysteron_twin::alignment;
-use hysteron_twin::fit::{Options, Parameter, Scale, TOLERANCE, least_squares};
+use hysteron_twin::fit::{Options, Parameter, ParameterScale, TOLERANCE, least_squares};
 use nalgebra::{Matrix3, Vector3};
 
 use super::recording::{N_TENDONS, Pattern, Row};
@@ -99,7 +99,7 @@ fn parameters() -> Vec<Parameter> {
         name,
         start,
         bounds: Bounds { min: start - half, max: start + half },
-        scale: Scale::Linear,
+        scale: ParameterScale::Linear,
         prior: None,
     };
     let mut parameters: Vec<Parameter> =
@@ -113,7 +113,7 @@ fn parameters() -> Vec<Parameter> {
         name: "compliance of the tendons [m/N]".into(),
         start: 1e-4,
         bounds: Bounds { min: 1e-6, max: 1e-2 },
-        scale: Scale::Logarithmic,
+        scale: ParameterScale::Logarithmic,
         prior: None,
     });
     parameters

@@ -5,7 +5,8 @@
 
 use anyhow::Result;
 use hysteron_learn::{
-    Adam, Architecture, Backprop, Batch, ChannelRange, Head, Memory, Network, Normaliser, Outputs, Trainer,
+    Adam, Architecture, Backprop, ChannelRange, HeadActivation, HeadOutputs, Memory, Network, Normaliser,
+    SequenceBatch, Trainer,
 };
 
 use super::recording::{N_TENDONS, Pattern};
@@ -50,8 +51,8 @@ impl Rows {
         all
     }
 
-    fn batch(&self) -> Batch<'_> {
-        Batch { inputs: &self.inputs, steps: self.steps, rows: self.rows, outputs: Outputs::All }
+    fn batch(&self) -> SequenceBatch<'_> {
+        SequenceBatch { inputs: &self.inputs, steps: self.steps, rows: self.rows, outputs: HeadOutputs::All }
     }
 
     /// Mean squared error and, where asked for, its gradient by the outputs.
@@ -118,7 +119,7 @@ fn trained(seen: &Rows, chooses: &Rows) -> Result<Network> {
         hidden: HIDDEN,
         layers: 1,
         outputs: 3,
-        head: Head::Linear,
+        head: HeadActivation::Linear,
         dropout: 0.0,
     };
     let adam = Adam { learning_rate: LEARNING_RATE, clip_norm: Some(1.0), ..Adam::default() };

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use hysteron_base::Scene;
 use hysteron_fem::{Mesh, read_mesh};
-use hysteron_twin::coreact::{Auxiliary, AuxiliaryPolicy, Goal, Identifier, IdentifyOptions};
+use hysteron_twin::coreact::{AuxiliaryLimits, AuxiliaryPolicy, Identifier, IdentifyOptions, TipMeasurement};
 use hysteron_twin::{Error, Stepper, Target, Twin, TwinState};
 use nalgebra::{Rotation3, Vector3};
 
@@ -110,7 +110,7 @@ impl Robot {
         wanted: &[Vector3<f64>],
     ) -> Result<(Vec<Vector3<f64>>, usize)> {
         let twin = Twin::new(&self.scene(&fitted.model), &self.mesh)?;
-        let auxiliary = Auxiliary::new(&twin)?;
+        let auxiliary = AuxiliaryLimits::new(&twin)?;
         let (mut markers, mut n_failed, mut goals) = (Vec::new(), 0, wanted.iter());
         for rows in patterns {
             let mut led = Led::new(&twin, &auxiliary);
@@ -195,7 +195,7 @@ struct Led<'a> {
 }
 
 impl<'a> Led<'a> {
-    fn new(twin: &'a Twin, auxiliary: &'a Auxiliary) -> Self {
+    fn new(twin: &'a Twin, auxiliary: &'a AuxiliaryLimits) -> Self {
         let options = IdentifyOptions { rounds: 1, ..IdentifyOptions::default() };
         let identifier = Identifier::new(twin, auxiliary, options);
         Self { twin, identifier, strokes: [0.0; N_TENDONS + N_AXIS] }
@@ -212,7 +212,7 @@ impl<'a> Led<'a> {
             let state = identifier.state();
             let missing = wanted - marker(self.twin, state);
             let position = (Vector3::from(self.twin.tip_of(state)) + missing).into();
-            let goal = Goal { position, orientation: None };
+            let goal = TipMeasurement { position, orientation: None };
             if !is_balanced(identifier.step(&primary(row), Some(&goal), DURATION))? {
                 return Ok(false);
             }

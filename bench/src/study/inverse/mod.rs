@@ -14,13 +14,13 @@ use std::path::Path;
 
 use anyhow::{Result, ensure};
 use hysteron_base::{Bounds, json};
-use hysteron_control::Limits;
+use hysteron_control::StrokeLimits;
 use hysteron_control::inverse::{
-    Axes, Dataset, Demonstration, Design, InverseModel, Origin, RecurrentOptions, Smoothing, Tip,
-    fit_recurrent,
+    Axes, DataOrigin, Dataset, Demonstration, InverseDesign, InverseModel, PathSmoothing, RecurrentOptions,
+    TipPosition, fit_recurrent,
 };
-use hysteron_control::tracking::{Point, Timed, aligned_rmse, chamfer, frechet, hausdorff, lag};
-use hysteron_learn::{SequenceOptions, Session};
+use hysteron_control::tracking::{PlanarPoint, Timed, aligned_rmse, chamfer, frechet, hausdorff, lag};
+use hysteron_learn::{SequenceOptions, TrainingSession};
 use rayon::prelude::*;
 use serde_json::Value;
 
@@ -46,7 +46,7 @@ const CURVE_EVERY: usize = 10;
 const STOP_BY: usize = 4;
 
 /// No limits.
-const WIDE: Limits = Limits { stroke: Bounds { min: -1.0, max: 1.0 }, stroke_rate: 1e6 };
+const WIDE: StrokeLimits = StrokeLimits { stroke: Bounds { min: -1.0, max: 1.0 }, stroke_rate: 1e6 };
 
 /// Root mean square error over all strokes [mm or degrees] of what was tested, by method.
 type Errors = [f64; METHODS.len()];
@@ -116,7 +116,7 @@ fn ftdcr_options(quick: bool) -> RecurrentOptions {
 /// The same for a path that is not known in advance.
 fn without_looking_ahead(options: &RecurrentOptions) -> RecurrentOptions {
     RecurrentOptions {
-        smoothing: Smoothing::Causal,
+        smoothing: PathSmoothing::Causal,
         horizons_s: Vec::new(),
         largest_delay_s: 0.0,
         ..options.clone()
@@ -131,11 +131,13 @@ fn evaluate(
     options: &RecurrentOptions,
 ) -> Result<Judged> {
     let fit = |options: &RecurrentOptions| -> Result<InverseModel> {
-        Ok(fit_recurrent(known, options, &mut Session { file: None, progress: &mut |_| true })?.model)
+        Ok(fit_recurrent(known, options, &mut TrainingSession { file: None, progress: &mut |_| true })?.model)
     };
     let (blind, seeing) = (fit(&without_looking_ahead(options))?, fit(options)?);
-    let Design::Recurrent { features, .. } = &seeing.design else { unreachable!("what fit_recurrent makes") };
-    let by = |model: &InverseModel, path: &[Tip]| -> Result<Vec<f64>> {
+    let InverseDesign::Recurrent { features, .. } = &seeing.design else {
+        unreachable!("what fit_recurrent makes")
+    };
+    let by = |model: &InverseModel, path: &[TipPosition]| -> Result<Vec<f64>> {
         Ok(model.command(path, WIDE, &mut |_| true)?.strokes)
     };
     let errors = [
@@ -149,7 +151,7 @@ fn evaluate(
 }
 
 /// Root mean square of what strokes miss [mm].
-fn error(test: &[&Demonstration], strokes: &dyn Fn(&[Tip]) -> Result<Vec<f64>>) -> Result<f64> {
+fn error(test: &[&Demonstration], strokes: &dyn Fn(&[TipPosition]) -> Result<Vec<f64>>) -> Result<f64> {
     let mut off = Vec::new();
     for one in test {
         let found = strokes(&one.tip)?;
@@ -229,14 +231,14 @@ fn blocks(angles: &[Vec<f64>], tips: &[Vec<f64>], name: &str) -> Vec<Demonstrati
 fn demonstration(
     name: String,
     step: f64,
-    tip: Vec<Tip>,
+    tip: Vec<TipPosition>,
     n_tendons: usize,
     strokes: Vec<f64>,
 ) -> Demonstration {
     Demonstration {
         name,
         hash: String::new(),
-        origin: Origin::Real,
+        origin: DataOrigin::Real,
         robot: String::new(),
         family: String::new(),
         step,
@@ -251,7 +253,7 @@ fn demonstration(
 
 /// How far two recorded paths of the same commands are apart, in the horizontal plane.
 fn compare_paths(tips: &[Vec<f64>], loaded: &[Vec<f64>]) -> Value {
-    let plane = |tips: &[Vec<f64>]| -> Vec<Point> {
+    let plane = |tips: &[Vec<f64>]| -> Vec<PlanarPoint> {
         tips.iter().step_by(CURVE_EVERY).map(|tip| [tip[0], tip[1]]).collect()
     };
     let (a, b) = (plane(tips), plane(loaded));

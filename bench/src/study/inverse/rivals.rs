@@ -2,7 +2,9 @@
 //! memory. Delays, widths and ridges are chosen on the validation trajectories of a network.
 
 use anyhow::{Context, Result};
-use hysteron_control::inverse::{Axes, Dataset, Demonstration, PathPoint, StaticRegression, Tip, ahead};
+use hysteron_control::inverse::{
+    Axes, Dataset, Demonstration, PathPoint, StaticRegression, TipPosition, ahead,
+};
 use nalgebra::DMatrix;
 
 use crate::study::rms;
@@ -30,7 +32,7 @@ fn delays(step: f64) -> impl Iterator<Item = f64> {
     (0..=(LARGEST_DELAY / by) as usize).map(move |k| k as f64 * by)
 }
 
-fn points(tips: &[Tip]) -> Vec<PathPoint> {
+fn points(tips: &[TipPosition]) -> Vec<PathPoint> {
     tips.iter().map(|&position| PathPoint { position, rate: [0.0; 3] }).collect()
 }
 

@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use hysteron_base::json;
 use hysteron_fem::{FemModel, Mesh};
 use hysteron_twin::TwinState;
-use hysteron_twin::fit::{Fit, Options, Standing, TOLERANCE, least_squares};
+use hysteron_twin::fit::{Fit, Identifiability, Options, TOLERANCE, least_squares};
 use rayon::prelude::*;
 use serde_json::Value;
 
@@ -155,7 +155,7 @@ pub fn run(bench: &Bench) -> Result<(Vec<Setup>, Value)> {
         let inside: Vec<f64> = fit
             .estimates
             .iter()
-            .map(|e| if e.standing == Standing::AtBound { e.start } else { e.value })
+            .map(|e| if e.standing == Identifiability::AtBound { e.start } else { e.value })
             .collect();
         let left_out: Vec<Errors> = (0..bench.holds.len())
             .into_par_iter()
@@ -185,7 +185,7 @@ pub fn run(bench: &Bench) -> Result<(Vec<Setup>, Value)> {
                 "start": estimate.start,
                 "value": estimate.value,
                 "standard_error": estimate.standard_error,
-                "is_fitted": estimate.standing == Standing::Fitted,
+                "is_fitted": estimate.standing == Identifiability::Fitted,
             })).collect::<Vec<_>>(),
         }));
         setups.push(setup);

@@ -13,7 +13,7 @@ mod setup;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use hysteron_base::{Bounds, Law, LengthUnit, Material, Scene, json};
+use hysteron_base::{Bounds, LengthUnit, Material, MaterialLaw, Scene, json};
 use hysteron_fem::{Embedding, FemModel, read_mesh};
 use hysteron_twin::{Stepper, Target, TwinState, nearest_rotation};
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -50,8 +50,12 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
     let holds = read_holds(&path)?;
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshes/tentacle/tentacle-quadratic.msh");
     let mesh = read_mesh(&path, LengthUnit::Millimetre.to_m())?;
-    let material =
-        Material { law: Law::Corotational, youngs_modulus: 505e3, poisson_ratio: 0.45, density: 1500.0 };
+    let material = Material {
+        law: MaterialLaw::Corotational,
+        youngs_modulus: 505e3,
+        poisson_ratio: 0.45,
+        density: 1500.0,
+    };
     let tendons = [30.0f64, 150.0].map(|degrees| {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let points = (0..=61).map(|k| {

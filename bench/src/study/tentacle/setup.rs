@@ -1,9 +1,9 @@
 //! Parameters of the tentacle that can be fitted, and its twin for given values.
 
 use anyhow::Result;
-use hysteron_base::{Bounds, Law, Material, Tendon};
+use hysteron_base::{Bounds, Material, MaterialLaw, Tendon};
 use hysteron_fem::{Layers, Mesh, Order, Tube};
-use hysteron_twin::fit::{Parameter, Scale};
+use hysteron_twin::fit::{Parameter, ParameterScale};
 use hysteron_twin::{Stepper, Target, Twin, TwinState};
 use nalgebra::{Rotation3, Vector3};
 use rayon::prelude::*;
@@ -38,23 +38,23 @@ pub struct Setup {
 }
 
 /// Name, start, bounds, scale, and how it is set.
-type Line = (&'static str, f64, [f64; 2], Scale, fn(&mut Setup, f64));
+type Line = (&'static str, f64, [f64; 2], ParameterScale, fn(&mut Setup, f64));
 
 const THREE: [Line; 3] = [
-    ("Young's modulus [Pa]", 505e3, [50e3, 5e6], Scale::Logarithmic, |s, v| s.material[0] = v),
-    ("Poisson's ratio [-]", 0.45, [0.2, 0.49], Scale::Linear, |s, v| s.material[1] = v),
-    ("density [kg/m³]", 1500.0, [500.0, 4500.0], Scale::Logarithmic, |s, v| s.material[2] = v),
+    ("Young's modulus [Pa]", 505e3, [50e3, 5e6], ParameterScale::Logarithmic, |s, v| s.material[0] = v),
+    ("Poisson's ratio [-]", 0.45, [0.2, 0.49], ParameterScale::Linear, |s, v| s.material[1] = v),
+    ("density [kg/m³]", 1500.0, [500.0, 4500.0], ParameterScale::Logarithmic, |s, v| s.material[2] = v),
 ];
 const FRAME: [Line; 9] = [
-    ("turn about x [rad]", 0.0, [-0.6, 0.6], Scale::Linear, |s, v| s.turn[0] = v),
-    ("turn about y [rad]", 0.0, [-0.6, 0.6], Scale::Linear, |s, v| s.turn[1] = v),
-    ("turn about z [rad]", 0.0, [-0.6, 0.6], Scale::Linear, |s, v| s.turn[2] = v),
-    ("shift along x [m]", 0.0, [-0.04, 0.04], Scale::Linear, |s, v| s.shift[0] = v),
-    ("shift along y [m]", 0.0, [-0.04, 0.04], Scale::Linear, |s, v| s.shift[1] = v),
-    ("shift along z [m]", 0.0, [-0.04, 0.04], Scale::Linear, |s, v| s.shift[2] = v),
-    ("gravity along x [m/s²]", 0.0, [-6.0, 6.0], Scale::Linear, |s, v| s.across[0] = v),
-    ("gravity along y [m/s²]", 0.0, [-6.0, 6.0], Scale::Linear, |s, v| s.across[1] = v),
-    ("turn of the arms [rad]", 0.0, [-0.8, 0.8], Scale::Linear, |s, v| s.twist = v),
+    ("turn about x [rad]", 0.0, [-0.6, 0.6], ParameterScale::Linear, |s, v| s.turn[0] = v),
+    ("turn about y [rad]", 0.0, [-0.6, 0.6], ParameterScale::Linear, |s, v| s.turn[1] = v),
+    ("turn about z [rad]", 0.0, [-0.6, 0.6], ParameterScale::Linear, |s, v| s.turn[2] = v),
+    ("shift along x [m]", 0.0, [-0.04, 0.04], ParameterScale::Linear, |s, v| s.shift[0] = v),
+    ("shift along y [m]", 0.0, [-0.04, 0.04], ParameterScale::Linear, |s, v| s.shift[1] = v),
+    ("shift along z [m]", 0.0, [-0.04, 0.04], ParameterScale::Linear, |s, v| s.shift[2] = v),
+    ("gravity along x [m/s²]", 0.0, [-6.0, 6.0], ParameterScale::Linear, |s, v| s.across[0] = v),
+    ("gravity along y [m/s²]", 0.0, [-6.0, 6.0], ParameterScale::Linear, |s, v| s.across[1] = v),
+    ("turn of the arms [rad]", 0.0, [-0.8, 0.8], ParameterScale::Linear, |s, v| s.twist = v),
 ];
 
 /// Parameters that are fitted together.
@@ -123,7 +123,7 @@ impl Setup {
     /// The twin, with further tendons behind the real ones.
     pub fn twin(&self, mesh: &Mesh, further: &[Tendon]) -> Result<Twin> {
         let [youngs_modulus, poisson_ratio, density] = self.material;
-        let material = Material { law: Law::Corotational, youngs_modulus, poisson_ratio, density };
+        let material = Material { law: MaterialLaw::Corotational, youngs_modulus, poisson_ratio, density };
         let mut tendons: Vec<Tendon> = [30.0f64, 150.0]
             .map(|degrees| {
                 let (sin, cos) = degrees.to_radians().sin_cos();

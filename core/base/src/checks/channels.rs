@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use super::series::{Measured, Series};
+use super::series::{MeasuredChannel, MeasuredSeries};
 use super::statistics::{extremes, quantile, range, robust_deviation};
 use super::{Finding, LONGEST_STILL_S, MIN_ROWS, Warning};
 use crate::units::Unit;
@@ -46,9 +46,9 @@ const STANDS: f64 = 3e-3;
 /// Part of the rows in which a limit may have held a stroke back [-].
 const LIMITED: f64 = 0.05;
 
-pub fn check(series: &Series) -> Vec<Warning> {
+pub fn check(series: &MeasuredSeries) -> Vec<Warning> {
     let mut found = Vec::new();
-    let channels: Vec<&Measured> = series.measured().collect();
+    let channels: Vec<&MeasuredChannel> = series.measured().collect();
     found.extend(still_tip(series));
     found.extend(held(&channels, series));
     found.extend(duplicated(series));
@@ -71,7 +71,7 @@ pub fn check(series: &Series) -> Vec<Warning> {
 }
 
 /// The longest stretch in which the tip does not change by a bit while the strokes go on.
-fn still_tip(series: &Series) -> Option<Warning> {
+fn still_tip(series: &MeasuredSeries) -> Option<Warning> {
     if series.strokes.is_empty() || series.tip.is_empty() {
         return None;
     }
@@ -87,7 +87,7 @@ fn still_tip(series: &Series) -> Option<Warning> {
         let lasts = series.time[i - 1] - series.time[first];
         let is_longer = best.is_none_or(|(_, _, longest, _)| lasts > longest);
         if i - first >= MIN_ROWS && lasts >= LONGEST_STILL_S && is_longer && i - first < n {
-            let moved = |stroke: &Measured| range(stroke.values[first..i].iter().copied());
+            let moved = |stroke: &MeasuredChannel| range(stroke.values[first..i].iter().copied());
             let moved = series.strokes.iter().map(moved).fold(0.0, f64::max);
             if moved > COMMAND_MOVES * widest {
                 best = Some((first, i - 1, lasts, moved));
@@ -109,7 +109,7 @@ fn still_tip(series: &Series) -> Option<Warning> {
 }
 
 /// Channels of which most rows repeat the one before although what they change by is no single step of rounding.
-fn held(channels: &[&Measured], series: &Series) -> Vec<Warning> {
+fn held(channels: &[&MeasuredChannel], series: &MeasuredSeries) -> Vec<Warning> {
     let mut found: Vec<(Vec<&str>, f64)> = Vec::new();
     for channel in channels {
         let changes: Vec<f64> =
@@ -159,7 +159,7 @@ fn held(channels: &[&Measured], series: &Series) -> Vec<Warning> {
 }
 
 /// Rows that repeat all that was measured in the row before, each alone.
-fn duplicated(series: &Series) -> Option<Warning> {
+fn duplicated(series: &MeasuredSeries) -> Option<Warning> {
     let n = series.time.len();
     let is_same = |i: usize| series.measured().all(|channel| channel.values[i] == channel.values[i - 1]);
     series.measured().next()?;
@@ -195,7 +195,7 @@ fn duplicated(series: &Series) -> Option<Warning> {
 }
 
 /// A value or two that leave their neighbours and are back.
-fn spike(channel: &Measured, series: &Series) -> Option<Warning> {
+fn spike(channel: &MeasuredChannel, series: &MeasuredSeries) -> Option<Warning> {
     if !series.resolves_motion() {
         return None;
     }
@@ -234,7 +234,7 @@ fn spike(channel: &Measured, series: &Series) -> Option<Warning> {
 }
 
 /// How far a channel moves from row `i` to the further of its neighbours, at the speed that it has around [unit of the channel].
-fn moved_nearby(channel: &Measured, time: &[f64], i: usize) -> f64 {
+fn moved_nearby(channel: &MeasuredChannel, time: &[f64], i: usize) -> f64 {
     let (values, last) = (&channel.values, time.len() - 1);
     let speed = |k: usize| ((values[k + 1] - values[k]) / (time[k + 1] - time[k])).abs();
     // Steps that the two rows of a spike have no part in.
@@ -260,7 +260,7 @@ fn quantum(values: &[f64]) -> f64 {
 }
 
 /// Unit and factor in which values of a channel are shown.
-fn shown(channel: &Measured) -> (&'static str, f64) {
+fn shown(channel: &MeasuredChannel) -> (&'static str, f64) {
     match Unit::of_name(&channel.name).map(|(_, unit)| unit.si_suffix) {
         Some("m") => ("mm", 1e3),
         Some("rad") => ("rad", 1.0),
@@ -269,7 +269,7 @@ fn shown(channel: &Measured) -> (&'static str, f64) {
 }
 
 /// Jumps of a whole turn.
-fn wrap(channel: &Measured, series: &Series) -> Option<Warning> {
+fn wrap(channel: &MeasuredChannel, series: &MeasuredSeries) -> Option<Warning> {
     let turns: &[(f64, &str)] = if channel.name.ends_with("_rad") {
         &[(TAU, "2π rad"), (360.0, "360"), (std::f64::consts::PI, "π rad")]
     } else if channel.name.starts_with("tick_") {
@@ -309,7 +309,7 @@ fn wrap(channel: &Measured, series: &Series) -> Option<Warning> {
 }
 
 /// Plateaus at the largest or smallest value that a channel runs into with speed.
-fn saturated(channel: &Measured, series: &Series) -> Option<Warning> {
+fn saturated(channel: &MeasuredChannel, series: &MeasuredSeries) -> Option<Warning> {
     let values = &channel.values;
     let changes = values.windows(2).filter(|pair| pair[1] != pair[0]).count();
     // As many changes as levels at least; a channel in coarse steps has plateaus by rounding.
@@ -353,7 +353,7 @@ fn saturated(channel: &Measured, series: &Series) -> Option<Warning> {
 }
 
 /// Steps between values that are a large part of the range.
-fn coarse(channel: &Measured) -> Option<Warning> {
+fn coarse(channel: &MeasuredChannel) -> Option<Warning> {
     let changes: Vec<f64> =
         channel.values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|x| *x > 0.0).collect();
     if changes.len() < MIN_ROWS {
@@ -383,7 +383,7 @@ fn coarse(channel: &Measured) -> Option<Warning> {
 }
 
 /// Strokes that a limit held back.
-fn limited(series: &Series) -> Option<Warning> {
+fn limited(series: &MeasuredSeries) -> Option<Warning> {
     let flags = series.recording.channel("limited")?;
     let part = flags.iter().filter(|flag| **flag > 0.0).count() as f64 / flags.len() as f64;
     if part <= LIMITED {

@@ -27,7 +27,7 @@ type Place = (usize, usize);
 
 /// Rows shared by two recordings, or by one with itself.
 #[derive(Clone, Copy)]
-struct Shared {
+struct SharedRows {
     /// First and last row in the later one, and the first in the earlier.
     rows: [usize; 2],
     from: usize,
@@ -36,16 +36,16 @@ struct Shared {
 
 pub fn check(recordings: &[(&str, &Recording)]) -> Vec<Warning> {
     let mut seen: HashMap<u64, Place> = HashMap::new();
-    let mut shared: Vec<((usize, usize), Shared)> = Vec::new();
+    let mut shared: Vec<((usize, usize), SharedRows)> = Vec::new();
     let mut kept = vec![0usize; recordings.len()];
     for (k, (_, recording)) in recordings.iter().enumerate() {
-        let mut of_this: HashMap<usize, Shared> = HashMap::new();
+        let mut of_this: HashMap<usize, SharedRows> = HashMap::new();
         for (hash, row) in stretches(recording) {
             kept[k] += 1;
             match seen.get(&hash) {
                 Some(&(other, from)) if other != k || row >= from + STRETCH => {
                     let shared =
-                        of_this.entry(other).or_insert(Shared { rows: [row, row], from, matches: 0 });
+                        of_this.entry(other).or_insert(SharedRows { rows: [row, row], from, matches: 0 });
                     shared.rows[1] = row;
                     shared.matches += 1;
                 }
@@ -55,7 +55,7 @@ pub fn check(recordings: &[(&str, &Recording)]) -> Vec<Warning> {
                 }
             }
         }
-        let mut of_this: Vec<(usize, Shared)> = of_this.into_iter().collect();
+        let mut of_this: Vec<(usize, SharedRows)> = of_this.into_iter().collect();
         of_this.sort_by_key(|(other, _)| *other);
         shared.extend(of_this.into_iter().map(|(other, what)| ((other, k), what)));
     }
@@ -72,7 +72,7 @@ pub fn check(recordings: &[(&str, &Recording)]) -> Vec<Warning> {
 fn warning(
     recordings: &[(&str, &Recording)],
     (other, k): (usize, usize),
-    what: Shared,
+    what: SharedRows,
     kept: usize,
 ) -> Warning {
     let part = 100.0 * what.matches as f64 / kept as f64;

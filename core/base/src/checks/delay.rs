@@ -3,7 +3,7 @@
 //! The tip's change over a short time is regressed on the strokes' change some rows earlier; the delay is where the regression explains most
 //! of it. Changes rather than positions: hysteresis moves the tip's place, but where a tendon moves the tip moves at once.
 
-use super::series::Series;
+use super::series::MeasuredSeries;
 use super::{Finding, Warning};
 
 /// Delays that are tried, before and after [s].
@@ -33,7 +33,7 @@ pub struct Delay {
     pub explained: [f64; 2],
 }
 
-pub fn check(series: &Series) -> Option<Warning> {
+pub fn check(series: &MeasuredSeries) -> Option<Warning> {
     let Delay { seconds, explained: [best, none] } = estimate(series)?;
     let is_reliable = best >= EXPLAINED && 1.0 - best < (1.0 - GAIN) * (1.0 - none);
     let step = series.recording.rate_hz()?.recip();
@@ -59,7 +59,7 @@ pub fn check(series: &Series) -> Option<Warning> {
 }
 
 /// The delay of the tip behind the strokes; `None` without a rate, strokes, a tip, or with too few rows.
-pub fn estimate(series: &Series) -> Option<Delay> {
+pub fn estimate(series: &MeasuredSeries) -> Option<Delay> {
     let rate = series.recording.rate_hz()?;
     let m = series.strokes.len();
     let is_whole = series.rows.len() == series.recording.n_samples();

@@ -40,11 +40,11 @@ const OUTSIDE: f64 = 0.5;
 const MAX_JOINTS: usize = 64;
 
 /// A quantity of a joint: name and values.
-type Joint<'a> = Option<(&'a str, &'a [f64])>;
+type JointQuantity<'a> = Option<(&'a str, &'a [f64])>;
 /// Channels by their names without the unit.
-struct Channels<'a>(HashMap<&'a str, (&'a str, &'a [f64])>);
+struct JointChannels<'a>(HashMap<&'a str, (&'a str, &'a [f64])>);
 
-impl<'a> Channels<'a> {
+impl<'a> JointChannels<'a> {
     fn of(recording: &'a Recording) -> Self {
         let named = |channel: &'a Channel| {
             Some((Unit::of_name(&channel.name)?.0, (channel.name.as_str(), channel.values.as_slice())))
@@ -53,7 +53,7 @@ impl<'a> Channels<'a> {
     }
 
     /// A quantity of a joint, k from 0, in whatever unit.
-    fn get(&self, stem: &str, k: usize) -> Joint<'a> {
+    fn get(&self, stem: &str, k: usize) -> JointQuantity<'a> {
         self.0.get(format!("{stem}_{}", k + 1).as_str()).copied()
     }
 }
@@ -61,7 +61,7 @@ impl<'a> Channels<'a> {
 /// One finding for each channel at most.
 pub fn check(recording: &Recording, ranges: &[Option<[f64; 2]>]) -> Vec<Warning> {
     let mut found = Vec::new();
-    let channels = Channels::of(recording);
+    let channels = JointChannels::of(recording);
     for k in 0..MAX_JOINTS {
         for (stem, most, unit, hint) in LARGEST {
             let Some((name, values)) = channels.get(stem, k) else { continue };
@@ -85,7 +85,7 @@ fn suspect(name: &str, finding: String, unit: &str) -> Warning {
     ))
 }
 
-fn temperature(joint: Joint) -> Option<Warning> {
+fn temperature(joint: JointQuantity) -> Option<Warning> {
     let (name, values) = joint?;
     let [least, most] = TEMPERATURES;
     let row = values.iter().position(|value| !(least..=most).contains(value))?;
@@ -100,7 +100,7 @@ fn temperature(joint: Joint) -> Option<Warning> {
 }
 
 /// The slope of the coordinate's change over the speed is one.
-fn speeds(recording: &Recording, position: Joint, speed: Joint) -> Option<Warning> {
+fn speeds(recording: &Recording, position: JointQuantity, speed: JointQuantity) -> Option<Warning> {
     let ((_, q), (name, dq)) = (position?, speed?);
     let (time, gap) = (recording.time(), recording.gap());
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
@@ -130,7 +130,7 @@ fn speeds(recording: &Recording, position: Joint, speed: Joint) -> Option<Warnin
     Some(Warning { kind: Finding::Speed, ..warning })
 }
 
-fn range(position: Joint, range: Option<[f64; 2]>) -> Option<Warning> {
+fn range(position: JointQuantity, range: Option<[f64; 2]>) -> Option<Warning> {
     let ((name, values), [min, max]) = (position?, range?);
     let margin = OUTSIDE * (max - min);
     let row = values.iter().position(|q| *q < min - margin || *q > max + margin)?;
@@ -141,7 +141,7 @@ fn range(position: Joint, range: Option<[f64; 2]>) -> Option<Warning> {
 
 /// Currents are the part of the motors' currents at stall that duty cycles are, and moving motors need some. All joints together: one
 /// of them may stand, be moved by hand, or have no sensor.
-fn currents(channels: &Channels) -> Option<Warning> {
+fn currents(channels: &JointChannels) -> Option<Warning> {
     let warning = |finding: String, value: f64, limit: f64, unit: &str| {
         Some(suspect("current_*_a", finding, unit).measured(value, limit, "A"))
     };

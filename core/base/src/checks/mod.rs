@@ -20,7 +20,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{BadInput, Recording};
-use series::Series;
+use series::MeasuredSeries;
 
 /// Fewest measured rows from which anything is concluded.
 const MIN_ROWS: usize = 10;
@@ -243,7 +243,7 @@ fn one(recording: &Recording, context: &CheckContext) -> Vec<Warning> {
     if measured.len() < MIN_ROWS {
         return found;
     }
-    let series = Series::of(recording, &measured);
+    let series = MeasuredSeries::of(recording, &measured);
     found.extend(tendons::check(&series, context));
     found.extend(joints::check(recording, context.joint_ranges));
     found.extend(channels::check(&series));

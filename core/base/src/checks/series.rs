@@ -25,12 +25,12 @@ pub fn resolves_motion(time: &[f64]) -> bool {
 }
 
 /// A channel without the rows that were filled in.
-pub struct Measured {
+pub struct MeasuredChannel {
     pub name: String,
     pub values: Vec<f64>,
 }
 
-impl Measured {
+impl MeasuredChannel {
     /// True for where something is: a length or an angle.
     pub fn is_position(&self) -> bool {
         let unit = Unit::of_name(&self.name).map(|(_, unit)| unit.si_suffix);
@@ -39,29 +39,29 @@ impl Measured {
 }
 
 /// The measured rows of a recording.
-pub struct Series<'a> {
+pub struct MeasuredSeries<'a> {
     pub recording: &'a Recording,
     /// Their numbers, from 0.
     pub rows: &'a [usize],
     /// Their times [s].
     pub time: Vec<f64>,
     /// `stroke_k_m`.
-    pub strokes: Vec<Measured>,
+    pub strokes: Vec<MeasuredChannel>,
     /// `tip_x_m`, `tip_y_m`, `tip_z_m`, those that are there.
-    pub tip: Vec<Measured>,
+    pub tip: Vec<MeasuredChannel>,
     /// `tip_qw` … `tip_qz`, all or none.
-    pub orientation: Vec<Measured>,
+    pub orientation: Vec<MeasuredChannel>,
     /// All other measured channels.
-    pub others: Vec<Measured>,
+    pub others: Vec<MeasuredChannel>,
 }
 
-impl<'a> Series<'a> {
+impl<'a> MeasuredSeries<'a> {
     pub fn of(recording: &'a Recording, rows: &'a [usize]) -> Self {
-        let of = |name: &str, values: &[f64]| Measured {
+        let of = |name: &str, values: &[f64]| MeasuredChannel {
             name: name.to_owned(),
             values: rows.iter().map(|row| values[*row]).collect(),
         };
-        let named = |names: &[&str]| -> Vec<Measured> {
+        let named = |names: &[&str]| -> Vec<MeasuredChannel> {
             names.iter().filter_map(|name| Some(of(name, recording.channel(name)?))).collect()
         };
         let strokes = recording.strokes();
@@ -92,7 +92,7 @@ impl<'a> Series<'a> {
     }
 
     /// The tip's axes and everything else that is measured.
-    pub fn measured(&self) -> impl Iterator<Item = &Measured> {
+    pub fn measured(&self) -> impl Iterator<Item = &MeasuredChannel> {
         self.tip.iter().chain(&self.others)
     }
 }

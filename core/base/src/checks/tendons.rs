@@ -1,6 +1,6 @@
 //! Strokes and tip of a tendon-driven robot: their sizes against each other and against the body.
 
-use super::series::{Measured, Series};
+use super::series::{MeasuredChannel, MeasuredSeries};
 use super::statistics::{extremes, range};
 use super::{CheckContext, Finding, Warning};
 
@@ -29,9 +29,9 @@ const NO_LENGTH: f64 = 0.1;
 /// From this range of the tip on its orientation changes [m].
 const TIP_TURNS: f64 = 5e-3;
 
-pub fn check(series: &Series, context: &CheckContext) -> Vec<Warning> {
+pub fn check(series: &MeasuredSeries, context: &CheckContext) -> Vec<Warning> {
     let mut found = Vec::new();
-    let widest = |channels: &[Measured]| {
+    let widest = |channels: &[MeasuredChannel]| {
         channels.iter().map(|channel| range(channel.values.iter().copied())).fold(0.0, f64::max)
     };
     let (stroke, tip) = (widest(&series.strokes), widest(&series.tip));
@@ -94,7 +94,7 @@ fn ratio(stroke: f64, tip: f64) -> Option<Warning> {
 }
 
 /// Between two tips there are at most two lengths of the body, in whatever frame they were recorded.
-fn reach(series: &Series, length: f64) -> Option<Warning> {
+fn reach(series: &MeasuredSeries, length: f64) -> Option<Warning> {
     let sides = series.tip.iter().map(|axis| extremes(axis.values.iter().copied()));
     let (apart, channel) = sides.zip(&series.tip).map(|([min, max], axis)| (max - min, &axis.name)).fold(
         (0.0, ""),
@@ -118,7 +118,7 @@ fn reach(series: &Series, length: f64) -> Option<Warning> {
     )
 }
 
-fn orientation(series: &Series, tip: f64) -> Option<Warning> {
+fn orientation(series: &MeasuredSeries, tip: f64) -> Option<Warning> {
     let parts = &series.orientation;
     if parts.is_empty() {
         return None;

@@ -1,8 +1,8 @@
 //! From the columns of a table to a recording.
 
-use super::columns::{Columns, Selection, Zero};
+use super::columns::{ColumnMap, Selection, Zero};
 use super::{Assembled, BadRows, Request};
-use crate::sampling::{STEP_SCATTER, Steps};
+use crate::sampling::{STEP_SCATTER, SampleSteps};
 use crate::{BadInput, Channel, Metadata, Recording, Table, units::Unit};
 
 type Check<T> = Result<T, BadInput>;
@@ -13,7 +13,7 @@ pub const MAX_LEFT_OUT: f64 = 0.1;
 pub const LABELLED: &str = "labelled_ratio";
 
 /// A channel, and where its numbers stand.
-struct Source<'a> {
+struct ChannelSource<'a> {
     /// Name with the SI unit.
     name: String,
     unit: &'static Unit,
@@ -24,7 +24,7 @@ struct Source<'a> {
 
 pub(super) fn assemble(
     table: &Table,
-    columns: &Columns,
+    columns: &ColumnMap,
     request: &Request,
     meta: Metadata,
 ) -> Check<Assembled> {
@@ -77,7 +77,10 @@ fn labels_of(name: &str) -> String {
 }
 
 /// The columns of the times, if there are any (a date and a time of day are two), and the channels in the order of the map.
-fn sources<'a>(table: &Table, columns: &'a Columns) -> Check<(Vec<Source<'a>>, Vec<Source<'a>>)> {
+fn sources<'a>(
+    table: &Table,
+    columns: &'a ColumnMap,
+) -> Check<(Vec<ChannelSource<'a>>, Vec<ChannelSource<'a>>)> {
     let (mut time, mut sources) = (Vec::new(), Vec::new());
     for (key, selection) in &columns.channels {
         let place = format!("columns.{key}");
@@ -102,7 +105,8 @@ fn sources<'a>(table: &Table, columns: &'a Columns) -> Check<(Vec<Source<'a>>, V
                 return Err(BadInput::new(place, "a name that ends in its unit", format!("`{key}`"))
                     .hint("as q_*_rad, q_*_deg, current_*_ma or force_x_n"));
             };
-            let source = Source { name: format!("{stem}_{}", unit.si_suffix), unit, column, selection };
+            let source =
+                ChannelSource { name: format!("{stem}_{}", unit.si_suffix), unit, column, selection };
             if source.name == "time_s" {
                 time.push(source);
             } else {
@@ -117,7 +121,7 @@ fn sources<'a>(table: &Table, columns: &'a Columns) -> Check<(Vec<Source<'a>>, V
 }
 
 /// Time of every row after the clocks of its columns [s]; NaN where there is none.
-fn times(table: &Table, columns: &Columns, time: &[Source]) -> Check<Vec<f64>> {
+fn times(table: &Table, columns: &ColumnMap, time: &[ChannelSource]) -> Check<Vec<f64>> {
     match (time, columns.rate_hz) {
         ([], Some(rate)) => Ok((0..table.n_rows()).map(|row| row as f64 / rate).collect()),
         ([], None) => Err(BadInput::new("columns", "a column time_s, or rate_hz", "neither")
@@ -129,7 +133,7 @@ fn times(table: &Table, columns: &Columns, time: &[Source]) -> Check<Vec<f64>> {
     }
 }
 
-impl Source<'_> {
+impl ChannelSource<'_> {
     /// The number of a row in SI.
     fn si(&self, table: &Table, row: usize) -> f64 {
         let value = self.selection.value(table.columns()[self.column].values[row]);
@@ -141,9 +145,9 @@ impl Source<'_> {
 /// The rows that are taken, and what is wrong with the first that is not.
 fn rows(
     table: &Table,
-    columns: &Columns,
-    sources: &[Source],
-    (times, time): (&[f64], &[Source]),
+    columns: &ColumnMap,
+    sources: &[ChannelSource],
+    (times, time): (&[f64], &[ChannelSource]),
     bad_rows: BadRows,
 ) -> Check<(Vec<usize>, Option<BadInput>)> {
     let mut flaws: Vec<Option<BadInput>> = vec![None; table.n_rows()];
@@ -221,7 +225,7 @@ fn hint(table: &Table, n_bad: usize) -> &'static str {
 }
 
 /// Error in a cell; `None` where its value is a finite number or a gap.
-fn flaw(table: &Table, columns: &Columns, source: &Source, row: usize) -> Option<BadInput> {
+fn flaw(table: &Table, columns: &ColumnMap, source: &ChannelSource, row: usize) -> Option<BadInput> {
     let column = &table.columns()[source.column];
     let cell = column.values[row];
     let is_gap = columns.missing.contains(&cell) || (cell.is_nan() && table.has_gaps(source.column));
@@ -230,7 +234,12 @@ fn flaw(table: &Table, columns: &Columns, source: &Source, row: usize) -> Option
 }
 
 /// The values of a channel in SI, NaN where they are missing; and where it has a label, if it may have none.
-fn values(table: &Table, columns: &Columns, source: &Source, rows: &[usize]) -> (Vec<f64>, Option<Vec<f64>>) {
+fn values(
+    table: &Table,
+    columns: &ColumnMap,
+    source: &ChannelSource,
+    rows: &[usize],
+) -> (Vec<f64>, Option<Vec<f64>>) {
     let cells = &table.columns()[source.column].values;
     let selection = source.selection;
     let is_unlabelled = |row: usize| selection.unlabelled.is_some_and(|code| code == cells[row]);
@@ -257,7 +266,7 @@ fn values(table: &Table, columns: &Columns, source: &Source, rows: &[usize]) -> 
 }
 
 /// Metadata with the robot and the names of its joints, where the caller did not say.
-fn described(mut meta: Metadata, columns: &Columns) -> Metadata {
+fn described(mut meta: Metadata, columns: &ColumnMap) -> Metadata {
     let mut note = |key: &str, value: Option<String>| {
         if let Some(value) = value {
             meta.extra.entry(key.to_owned()).or_insert(value);
@@ -271,7 +280,7 @@ fn described(mut meta: Metadata, columns: &Columns) -> Metadata {
 /// The recording as it is where it has a fixed rate and no other is asked for, else resampled.
 fn at_fixed_rate(recording: Recording, rate_hz: Option<f64>) -> Check<Recording> {
     let own = recording.rate_hz();
-    let Some(steps) = Steps::of(recording.time()) else { return Ok(recording) };
+    let Some(steps) = SampleSteps::of(recording.time()) else { return Ok(recording) };
     let rate = match rate_hz {
         Some(rate) if own.is_some_and(|own| (own - rate).abs() <= 1e-9 * rate) => return Ok(recording),
         Some(rate) => rate,
@@ -292,7 +301,7 @@ fn at_fixed_rate(recording: Recording, rate_hz: Option<f64>) -> Check<Recording>
 }
 
 /// The rate of the median step, to four digits [Hz].
-fn usual_rate(steps: &Steps) -> f64 {
+fn usual_rate(steps: &SampleSteps) -> f64 {
     let rate = 1.0 / steps.median();
     format!("{rate:.3e}").parse().unwrap_or(rate)
 }

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::pose::Tracker;
-use super::streams::{Join, Stream};
+use super::pose::TrackerTransform;
+use super::streams::{ClockedColumns, Join};
 use crate::units::Unit;
-use crate::{BadInput, Column, Filter, Result, Table, TextFormat, file, schema};
+use crate::{BadInput, Column, Result, RowFilter, Table, TextFormat, file, schema};
 use serde::Deserialize;
 
 /// Name and text of every built-in description; each file names its source.
@@ -36,7 +36,7 @@ const WIDEST: usize = 1000;
 
 /// Meaning of the columns of a table.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Columns {
+pub struct ColumnMap {
     /// Where it comes from: a name or a file.
     pub(super) source: String,
     pub(super) robot: Option<String>,
@@ -51,14 +51,14 @@ pub struct Columns {
     pub(super) text: TextFormat,
     /// The column whose values tell episodes apart.
     pub(super) episode: Option<String>,
-    pub(super) filter: Option<Filter>,
+    pub(super) filter: Option<RowFilter>,
     /// Channels that have one value throughout, in SI, by name.
     pub(super) constants: BTreeMap<String, f64>,
-    pub(super) tracker: Option<Tracker>,
+    pub(super) tracker: Option<TrackerTransform>,
     /// How further files come to the rows of the first.
     pub(super) join: Join,
     /// Columns that have a clock of their own.
-    pub(super) streams: Vec<Stream>,
+    pub(super) streams: Vec<ClockedColumns>,
     lists: BTreeMap<String, List>,
     /// Channels by name, `*` for the number of the joint.
     pub(super) channels: BTreeMap<String, Selection>,
@@ -83,11 +83,11 @@ struct ColumnsFile {
     filter: Option<String>,
     #[serde(default)]
     constants: BTreeMap<String, f64>,
-    tracker: Option<Tracker>,
+    tracker: Option<TrackerTransform>,
     #[serde(default)]
     join: Join,
     #[serde(default)]
-    streams: Vec<Stream>,
+    streams: Vec<ClockedColumns>,
     #[serde(default)]
     lists: BTreeMap<String, List>,
     columns: BTreeMap<String, Typed>,
@@ -105,27 +105,27 @@ struct List {
 #[serde(untagged, expecting = "a column, a list of columns, or { columns = ..., times = ... }")]
 enum Typed {
     Plain(Which),
-    Scaled(Scaled),
+    Scaled(ScaledColumn),
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(untagged, expecting = "a number (from 1) or a name of a column, or a list of them")]
 enum Which {
-    One(Name),
-    Many(Vec<Name>),
+    One(ColumnName),
+    Many(Vec<ColumnName>),
 }
 
 /// A column: its number from 1, or its name, `*` for the number of the joint.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(untagged)]
-pub(super) enum Name {
+pub(super) enum ColumnName {
     Number(i64),
     Text(String),
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Scaled {
+struct ScaledColumn {
     columns: Which,
     times: Option<f64>,
     divided_by: Option<f64>,
@@ -133,7 +133,7 @@ struct Scaled {
     offset: Option<f64>,
     zero: Option<Zero>,
     unlabelled: Option<f64>,
-    encoding: Option<Encoding>,
+    encoding: Option<RegisterEncoding>,
 }
 
 /// Where a channel is zero.
@@ -146,7 +146,7 @@ pub(super) enum Zero {
 
 /// How a register holds its number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-pub(super) enum Encoding {
+pub(super) enum RegisterEncoding {
     /// Two's complement of 16 bits, read without sign.
     #[serde(rename = "int16")]
     Int16,
@@ -155,7 +155,7 @@ pub(super) enum Encoding {
 /// Columns of one quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Selection {
-    pub(super) columns: Vec<Name>,
+    pub(super) columns: Vec<ColumnName>,
     pub(super) times: f64,
     pub(super) divided_by: f64,
     /// Added to what has been scaled [unit of the channel's name as typed].
@@ -163,10 +163,10 @@ pub(super) struct Selection {
     pub(super) zero: Option<Zero>,
     /// The number that stands for "no label".
     pub(super) unlabelled: Option<f64>,
-    pub(super) encoding: Option<Encoding>,
+    pub(super) encoding: Option<RegisterEncoding>,
 }
 
-impl Scaled {
+impl ScaledColumn {
     fn plain(columns: Which) -> Self {
         Self {
             columns,
@@ -185,7 +185,7 @@ impl Selection {
     /// The number of a cell in the unit of its channel's name.
     pub(super) fn value(&self, cell: f64) -> f64 {
         let number = match self.encoding {
-            Some(Encoding::Int16) if (32_768.0..65_536.0).contains(&cell) => cell - 65_536.0,
+            Some(RegisterEncoding::Int16) if (32_768.0..65_536.0).contains(&cell) => cell - 65_536.0,
             _ => cell,
         };
         number * self.times / self.divided_by + self.offset
@@ -194,7 +194,7 @@ impl Selection {
     fn of(key: &str, typed: Typed) -> std::result::Result<Self, BadInput> {
         let scaled = match typed {
             Typed::Scaled(scaled) => scaled,
-            Typed::Plain(columns) => Scaled::plain(columns),
+            Typed::Plain(columns) => ScaledColumn::plain(columns),
         };
         let factor = |name: &str, typed: Option<f64>| match typed {
             Some(x) if x.is_finite() && x != 0.0 => Ok(x),
@@ -221,7 +221,7 @@ impl Selection {
     }
 }
 
-impl Columns {
+impl ColumnMap {
     /// Names of the built-in descriptions.
     pub fn builtin_names() -> impl Iterator<Item = &'static str> {
         FILES.iter().map(|(name, _)| *name)
@@ -267,7 +267,7 @@ impl Columns {
             delimiter: typed.delimiter.map(|text| character("delimiter", &text)).transpose()?,
             decimal: typed.decimal.map(|text| character("decimal", &text)).transpose()?,
         };
-        let tracker = typed.tracker.map(Tracker::checked).transpose()?;
+        let tracker = typed.tracker.map(TrackerTransform::checked).transpose()?;
         let constants = typed.constants.into_iter().map(|(key, value)| {
             let place = format!("constants.{key}");
             let Some((stem, unit)) = Unit::of_name(&key) else {
@@ -295,7 +295,7 @@ impl Columns {
             keep_times: typed.keep_times,
             text,
             episode: typed.episode,
-            filter: typed.filter.map(|text| Filter::parse("where", &text)).transpose()?,
+            filter: typed.filter.map(|text| RowFilter::parse("where", &text)).transpose()?,
             constants,
             tracker,
             join: typed.join,
@@ -444,7 +444,7 @@ impl Columns {
     }
 }
 
-impl Name {
+impl ColumnName {
     /// The columns that are meant, see [`expanded`].
     pub(super) fn indices(&self, table: &Table) -> Vec<usize> {
         match self {
@@ -493,7 +493,7 @@ fn character(key: &str, text: &str) -> std::result::Result<char, BadInput> {
     }
 }
 
-impl std::fmt::Display for Name {
+impl std::fmt::Display for ColumnName {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Number(k) => write!(f, "column number {k}"),

@@ -1,6 +1,6 @@
 //! Further files, and columns with a clock of their own, come to the rows of the first file: by a key that both have, or by time.
 
-use super::columns::Columns;
+use super::columns::ColumnMap;
 use crate::{BadInput, Table, units::Unit};
 use std::collections::HashMap;
 
@@ -60,7 +60,7 @@ impl Clock {
 }
 
 /// The times of the rows of the first file [s], their unit, and the second that they count from.
-fn times(table: &Table, columns: &Columns) -> Check<(Vec<f64>, &'static Unit, f64)> {
+fn times(table: &Table, columns: &ColumnMap) -> Check<(Vec<f64>, &'static Unit, f64)> {
     let found = columns.time().and_then(|(unit, selection)| {
         let indices: Vec<usize> = selection.columns.iter().flat_map(|name| name.indices(table)).collect();
         let [column] = indices[..] else { return None };
@@ -87,7 +87,7 @@ fn step_of(times: &[f64]) -> f64 {
 ///
 /// # Errors
 /// `BadInput` naming the file and column.
-pub(super) fn joined(table: Table, others: &[(String, Table)], columns: &Columns) -> Check<Table> {
+pub(super) fn joined(table: Table, others: &[(String, Table)], columns: &ColumnMap) -> Check<Table> {
     let join = &columns.join;
     let mut all = table;
     for (k, (place, other)) in others.iter().enumerate() {
@@ -126,7 +126,7 @@ pub(super) fn joined(table: Table, others: &[(String, Table)], columns: &Columns
     Ok(all)
 }
 
-fn name_of_time(table: &Table, columns: &Columns) -> Option<String> {
+fn name_of_time(table: &Table, columns: &ColumnMap) -> Option<String> {
     let (_, selection) = columns.time()?;
     let column = selection.columns.iter().flat_map(|name| name.indices(table)).next()?;
     Some(table.columns()[column].name.clone())
@@ -162,7 +162,7 @@ fn rows_by_key(table: &Table, other: &Table, by: &str) -> Check<(usize, Vec<Opti
 ///
 /// # Errors
 /// `BadInput` naming the column.
-pub(super) fn with_streams(table: Table, columns: &Columns) -> Check<Table> {
+pub(super) fn with_streams(table: Table, columns: &ColumnMap) -> Check<Table> {
     let mut table = table;
     for stream in &columns.streams {
         let (times, unit, origin) = times(&table, columns)?;

@@ -1,6 +1,6 @@
 //! Recordings from the files of other programs, of tendon robots and of arms.
 //!
-//! A file is a table of numbers; a map ([`Columns`]) says which of its columns are what, in which unit, with which sign, zero and
+//! A file is a table of numbers; a map ([`ColumnMap`]) says which of its columns are what, in which unit, with which sign, zero and
 //! frame. Maps of known data sets are part of the program (`columns/`). Further files come to the rows of the first by a key or by
 //! their times. Rows at uneven times are resampled onto a fixed rate, and what was missing is interpolated and marked as a gap.
 //! Nothing is filtered.
@@ -13,10 +13,10 @@ mod pose;
 mod propose;
 mod streams;
 
-use crate::{BadInput, Filter, Metadata, Recording, Result, Table, TextFormat};
+use crate::{BadInput, Metadata, Recording, Result, RowFilter, Table, TextFormat};
 pub use assemble::{LABELLED, MAX_LEFT_OUT};
 pub use bam::POSITION_GAIN;
-pub use columns::Columns;
+pub use columns::ColumnMap;
 use std::path::{Path, PathBuf};
 
 /// Most episodes of a file.
@@ -37,11 +37,11 @@ pub enum BadRows {
 #[derive(Debug, Clone, Default)]
 pub struct Request {
     /// Meaning of the columns; found among the built-in maps where there is none.
-    pub columns: Option<Columns>,
+    pub columns: Option<ColumnMap>,
     /// Rate of the recording; that of the file where there is none [Hz].
     pub rate_hz: Option<f64>,
     /// The rows to read.
-    pub filter: Option<Filter>,
+    pub filter: Option<RowFilter>,
     /// The column whose values tell episodes apart; overrides that of the map.
     pub episode: Option<String>,
     /// Treatment of rows that cannot be read.
@@ -77,7 +77,7 @@ pub fn read(paths: &[PathBuf], request: &Request, meta: Metadata) -> Result<Vec<
     let place = path.display().to_string();
     let mut meta = meta;
     let (mut table, notes) = table(path, request.columns.as_ref())?;
-    let found = request.columns.clone().map_or_else(|| Columns::found(path, &table, &notes), Ok);
+    let found = request.columns.clone().map_or_else(|| ColumnMap::found(path, &table, &notes), Ok);
     let columns = found.map_err(|bad| bad.within(&place))?;
     meta.extra.extend(notes);
     if !others.is_empty() {
@@ -119,9 +119,9 @@ pub fn propose_for(path: &Path) -> Result<String> {
 ///
 /// # Errors
 /// As [`read`].
-fn table(path: &Path, columns: Option<&Columns>) -> Result<(Table, Vec<(String, String)>)> {
+fn table(path: &Path, columns: Option<&ColumnMap>) -> Result<(Table, Vec<(String, String)>)> {
     if path.is_dir() {
-        let found = columns.cloned().map_or_else(|| Columns::for_folder(path), Ok);
+        let found = columns.cloned().map_or_else(|| ColumnMap::for_folder(path), Ok);
         let columns = found.map_err(|bad| bad.within(path.display()))?;
         return Ok((columns.read_lists(path)?, Vec::new()));
     }

@@ -1,6 +1,6 @@
 //! The rigid transform from a tracker's frame to the robot's, on positions and orientations.
 
-use crate::schema::Array;
+use crate::schema::FixedArray;
 use crate::{BadInput, Channel};
 use serde::Deserialize;
 
@@ -14,14 +14,14 @@ const UNIT_LENGTH: f64 = 1e-3;
 /// p_robot = R (p_tracker − p_origin) + t, and the orientation turned by R.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Tracker {
+pub(super) struct TrackerTransform {
     /// Quaternion w, x, y, z.
-    rotation: Option<Array<f64, 4>>,
+    rotation: Option<FixedArray<f64, 4>>,
     /// Turns about the fixed axes x, then y, then z [deg].
-    rotation_deg: Option<Array<f64, 3>>,
+    rotation_deg: Option<FixedArray<f64, 3>>,
     /// t [mm].
     #[serde(default)]
-    translation_mm: Array<f64, 3>,
+    translation_mm: FixedArray<f64, 3>,
     /// Points that are transformed: the stems of their channels.
     #[serde(default = "tip")]
     points: Vec<String>,
@@ -45,7 +45,7 @@ fn product([a, b, c, d]: Quaternion, [e, f, g, h]: Quaternion) -> Quaternion {
     ]
 }
 
-impl Tracker {
+impl TrackerTransform {
     /// The same, if it is a rigid transform.
     ///
     /// # Errors
@@ -156,7 +156,7 @@ mod tests {
 
     fn transformed(toml: &str) -> Vec<f64> {
         let mut channels = channels();
-        let tracker: Tracker = toml::from_str(toml).unwrap();
+        let tracker: TrackerTransform = toml::from_str(toml).unwrap();
         tracker.checked().unwrap().apply(&mut channels).unwrap();
         channels.iter().map(|channel| channel.values[0]).collect()
     }
@@ -193,9 +193,9 @@ mod tests {
             "translation_mm = [1e9, 0, 0]",
             "rotation = [1, 0, 0, 0]\nrotation_deg = [0, 0, 0]",
         ] {
-            assert!(toml::from_str::<Tracker>(toml).unwrap().checked().is_err(), "{toml}");
+            assert!(toml::from_str::<TrackerTransform>(toml).unwrap().checked().is_err(), "{toml}");
         }
-        let without: Tracker = toml::from_str("points = [\"elbow\"]").unwrap();
+        let without: TrackerTransform = toml::from_str("points = [\"elbow\"]").unwrap();
         let error = without.apply(&mut channels()).unwrap_err().to_string();
         assert!(error.contains("elbow_x_m"), "{error}");
     }

@@ -16,30 +16,30 @@ const LARGEST_CURRENT: f64 = 60.0;
 
 /// Role that a column may have: the target without its unit, names of it (lower case, without number), the
 /// units it may have with the largest size believed in each.
-struct Role {
+struct ColumnRole {
     target: &'static str,
     names: &'static [&'static str],
     units: &'static [(&'static str, f64)],
 }
 
 const ANY: f64 = f64::INFINITY;
-const ROLES: [Role; 11] = [
-    Role {
+const ROLES: [ColumnRole; 11] = [
+    ColumnRole {
         target: "tip_x",
         names: &["x", "tip_x", "px", "pos_x", "position_x", "tx"],
         units: &[("m", LARGEST_TIP_M), ("mm", ANY)],
     },
-    Role {
+    ColumnRole {
         target: "tip_y",
         names: &["y", "tip_y", "py", "pos_y", "position_y", "ty"],
         units: &[("m", LARGEST_TIP_M), ("mm", ANY)],
     },
-    Role {
+    ColumnRole {
         target: "tip_z",
         names: &["z", "tip_z", "pz", "pos_z", "position_z", "tz"],
         units: &[("m", LARGEST_TIP_M), ("mm", ANY)],
     },
-    Role {
+    ColumnRole {
         target: "stroke_*",
         names: &[
             "stroke",
@@ -56,8 +56,8 @@ const ROLES: [Role; 11] = [
         ],
         units: &[("m", LONGEST_STROKE_M), ("mm", ANY)],
     },
-    Role { target: "tension_*", names: &["tension", "load_cell", "loadcell"], units: &[("n", ANY)] },
-    Role {
+    ColumnRole { target: "tension_*", names: &["tension", "load_cell", "loadcell"], units: &[("n", ANY)] },
+    ColumnRole {
         target: "q_*",
         names: &[
             "q",
@@ -72,27 +72,27 @@ const ROLES: [Role; 11] = [
         ],
         units: &[("rad", LARGEST_TURN), ("deg", ANY)],
     },
-    Role {
+    ColumnRole {
         target: "dq_*",
         names: &["dq", "qd", "vel", "velocity", "velocities", "speed", "joint_velocity"],
         units: &[("rad_s", 4.0 * LARGEST_TURN), ("deg_s", ANY)],
     },
-    Role {
+    ColumnRole {
         target: "tau_*",
         names: &["tau", "torque", "torques", "effort", "joint_effort"],
         units: &[("n_m", ANY)],
     },
-    Role {
+    ColumnRole {
         target: "current_*",
         names: &["current", "cur", "i"],
         units: &[("a", LARGEST_CURRENT), ("ma", ANY)],
     },
-    Role {
+    ColumnRole {
         target: "goal_*",
         names: &["goal", "goal_pos", "action", "target", "target_positions", "cmd_pos"],
         units: &[("rad", LARGEST_TURN), ("deg", ANY)],
     },
-    Role { target: "temperature_*", names: &["temp", "temperature"], units: &[("degc", ANY)] },
+    ColumnRole { target: "temperature_*", names: &["temp", "temperature"], units: &[("degc", ANY)] },
 ];
 const TIMES: [&str; 10] =
     ["t", "time", "times", "timestamp", "timestamps", "stamp", "elapsed", "sec", "secs", "zeit"];
@@ -104,13 +104,13 @@ const QUATERNION: [(&str, [&str; 5]); 4] = [
 ];
 
 /// A column's name without its number and unit, in lower case, and what unit it states.
-struct Parsed {
+struct ParsedName {
     stem: String,
     number: Option<usize>,
     unit: Option<&'static Unit>,
 }
 
-fn parsed(table: &Table, k: usize) -> Parsed {
+fn parsed(table: &Table, k: usize) -> ParsedName {
     let name = table.columns()[k].name.trim();
     let bracket = name.find(['[', '(']).filter(|at| name.ends_with([']', ')']) && *at > 0);
     // `state[3]` has a number in brackets, `X [mm]` a unit.
@@ -127,7 +127,7 @@ fn parsed(table: &Table, k: usize) -> Parsed {
     };
     let digits = stem.len() - stem.trim_end_matches(|c: char| c.is_ascii_digit()).len();
     let (text, number) = stem.split_at(stem.len() - digits);
-    Parsed {
+    ParsedName {
         stem: text.trim_end_matches('_').to_owned(),
         number: number.parse().ok(),
         unit: own.or_else(|| Unit::from_suffix(&suffix(stated))),
@@ -169,7 +169,7 @@ fn quoted(text: &str) -> String {
 /// The map in TOML. Every line says why the column was taken for what it is; columns that were taken for nothing follow as comments
 /// with their ranges.
 pub fn propose(table: &Table, source: &str) -> String {
-    let names: Vec<Parsed> = (0..table.columns().len()).map(|k| parsed(table, k)).collect();
+    let names: Vec<ParsedName> = (0..table.columns().len()).map(|k| parsed(table, k)).collect();
     let mut is_taken = vec![false; names.len()];
     let mut lines = String::new();
     let time = time_line(table, &names, &mut is_taken);
@@ -235,7 +235,7 @@ pub fn propose(table: &Table, source: &str) -> String {
 }
 
 /// The line of the times; empty where no column looks like one.
-fn time_line(table: &Table, names: &[Parsed], is_taken: &mut [bool]) -> String {
+fn time_line(table: &Table, names: &[ParsedName], is_taken: &mut [bool]) -> String {
     let rises = |k: usize| table.columns()[k].values.windows(2).filter(|pair| pair[1] > pair[0]).count();
     let is_time = |k: &usize| {
         let n = table.n_rows().saturating_sub(1);
@@ -269,7 +269,7 @@ fn time_line(table: &Table, names: &[Parsed], is_taken: &mut [bool]) -> String {
 }
 
 /// The line of a role; empty where no column has it.
-fn role_line(role: &Role, table: &Table, names: &[Parsed], is_taken: &mut [bool]) -> String {
+fn role_line(role: &ColumnRole, table: &Table, names: &[ParsedName], is_taken: &mut [bool]) -> String {
     let is_family = role.target.ends_with('*');
     let si_of = |suffix: &str| Unit::from_suffix(suffix).map(|unit| unit.si_suffix);
     let fits = |k: usize, name: &str| {

@@ -21,7 +21,7 @@ pub(super) struct Join {
 /// Columns of a file that have a clock of their own.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Stream {
+pub(super) struct ClockedColumns {
     /// The column of their times, in the unit of the file's.
     pub time: String,
     pub columns: Vec<String>,

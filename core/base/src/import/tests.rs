@@ -18,7 +18,8 @@ fn imported(files: &[(&str, &str)], map: &str, change: impl FnOnce(&mut Request)
             path
         })
         .collect();
-    let columns = if map.contains("[columns]") { Columns::parse(map, "test")? } else { Columns::named(map)? };
+    let columns =
+        if map.contains("[columns]") { ColumnMap::parse(map, "test")? } else { ColumnMap::named(map)? };
     let mut request = Request { columns: Some(columns), ..Request::default() };
     change(&mut request);
     read(&paths, &request, Metadata::default())
@@ -34,7 +35,7 @@ const HEAD: &str = "format = \"hysteron-columns\"\nversion = 1\n";
 
 #[test]
 fn a_semicolon_table_with_decimal_commas_is_read() {
-    let columns = Some(Columns::named(&data("cols.toml").display().to_string()).unwrap());
+    let columns = Some(ColumnMap::named(&data("cols.toml").display().to_string()).unwrap());
     let request = Request { columns, ..Request::default() };
     let all = read(&[data("semicolon_decimal_comma.csv")], &request, Metadata::default()).unwrap();
     let recording = &all[0].recording;
@@ -46,7 +47,7 @@ fn a_semicolon_table_with_decimal_commas_is_read() {
 
 #[test]
 fn a_repeated_stamp_is_named_with_both_rows_and_a_hint_that_helps() {
-    let request = Request { columns: Some(Columns::named("lerobot-deg").unwrap()), ..Request::default() };
+    let request = Request { columns: Some(ColumnMap::named("lerobot-deg").unwrap()), ..Request::default() };
     let error =
         read(&[data("repeated_stamp.parquet")], &request, Metadata::default()).unwrap_err().to_string();
     assert!(error.contains("expected one after ") && error.contains(" s of row "), "{error}");
@@ -118,7 +119,7 @@ fn episodes_of_a_file_are_recordings_of_their_own() {
         all.iter().map(|one| (one.episode.as_deref(), one.recording.n_samples())).collect();
     assert_eq!(found, [(Some("a"), 2), (Some("b"), 3)]);
     assert_eq!(all[1].recording.meta().extra["episode"], "b");
-    let filter = |request: &mut Request| request.filter = Filter::parse("--where", "trial=b").ok();
+    let filter = |request: &mut Request| request.filter = RowFilter::parse("--where", "trial=b").ok();
     let only = imported(&[("a.csv", text)], "time_s=t; tip_x_m=x", filter).unwrap();
     assert_eq!(only[0].recording.channel("tip_x_m").unwrap(), [5.0, 6.0, 7.0]);
 }
@@ -180,13 +181,13 @@ fn a_proposed_map_imports_the_file_it_was_made_for() {
     // Of a LeRobot episode: degrees, by the range.
     let map = propose_for(&data("repeated_stamp.parquet")).unwrap();
     assert!(map.contains("\"q_*_deg\"") && map.contains("observation.state[1]"), "{map}");
-    Columns::parse(&map, "test").unwrap();
+    ColumnMap::parse(&map, "test").unwrap();
 }
 
 #[test]
 fn every_builtin_map_is_short_and_can_be_read() {
-    for name in Columns::builtin_names() {
-        Columns::named(name).unwrap();
+    for name in ColumnMap::builtin_names() {
+        ColumnMap::named(name).unwrap();
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("columns").join(format!("{name}.toml"));
         assert!(std::fs::read_to_string(path).unwrap().lines().count() < 30, "{name}");
     }

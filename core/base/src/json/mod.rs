@@ -14,7 +14,7 @@ pub use serde_json::{Error, Map, Value};
 
 #[doc(hidden)]
 pub use construct::expression;
-use read::Reader;
+use read::JsonReader;
 use write::Readable;
 
 /// As a value.
@@ -48,7 +48,7 @@ pub fn to_text(content: impl Serialize) -> Result<String, Error> {
 /// # Errors
 /// If it is not of this type.
 pub fn from_value<T: DeserializeOwned>(value: &Value) -> Result<T, Error> {
-    T::deserialize(Reader(value))
+    T::deserialize(JsonReader(value))
 }
 
 /// Out of text, in UTF-8.

@@ -9,12 +9,12 @@ use super::number_named;
 
 /// See the module.
 #[derive(Clone, Copy)]
-pub(super) struct Reader<'de>(pub(super) &'de Value);
+pub(super) struct JsonReader<'de>(pub(super) &'de Value);
 
 /// A key of a map: a text, or the number that it is.
-struct Key<'de>(&'de str);
+struct MapKey<'de>(&'de str);
 
-impl<'de> Reader<'de> {
+impl<'de> JsonReader<'de> {
     fn number<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
         match self.0.as_str().and_then(number_named) {
             Some(number) => visitor.visit_f64(number),
@@ -23,20 +23,20 @@ impl<'de> Reader<'de> {
     }
 }
 
-impl<'de> Deserializer<'de> for Reader<'de> {
+impl<'de> Deserializer<'de> for JsonReader<'de> {
     type Error = Error;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
         match self.0 {
             Value::Array(items) => {
-                let mut items = SeqDeserializer::new(items.iter().map(Reader));
+                let mut items = SeqDeserializer::new(items.iter().map(JsonReader));
                 let found = visitor.visit_seq(&mut items)?;
                 items.end()?;
                 Ok(found)
             }
             Value::Object(fields) => {
                 let mut fields =
-                    MapDeserializer::new(fields.iter().map(|(key, value)| (Key(key), Reader(value))));
+                    MapDeserializer::new(fields.iter().map(|(key, value)| (MapKey(key), JsonReader(value))));
                 let found = visitor.visit_map(&mut fields)?;
                 fields.end()?;
                 Ok(found)
@@ -74,7 +74,7 @@ impl<'de> Deserializer<'de> for Reader<'de> {
     ) -> Result<V::Value, Error> {
         match self.0 {
             Value::Object(fields) if fields.len() == 1 => {
-                let fields = fields.iter().map(|(key, value)| (Key(key), Reader(value)));
+                let fields = fields.iter().map(|(key, value)| (MapKey(key), JsonReader(value)));
                 visitor.visit_enum(MapAccessDeserializer::new(MapDeserializer::new(fields)))
             }
             other => other.deserialize_enum(name, variants, visitor),
@@ -87,7 +87,7 @@ impl<'de> Deserializer<'de> for Reader<'de> {
     }
 }
 
-impl<'de> IntoDeserializer<'de, Error> for Reader<'de> {
+impl<'de> IntoDeserializer<'de, Error> for JsonReader<'de> {
     type Deserializer = Self;
 
     fn into_deserializer(self) -> Self {
@@ -107,7 +107,7 @@ macro_rules! whole {
     };
 }
 
-impl<'de> Deserializer<'de> for Key<'de> {
+impl<'de> Deserializer<'de> for MapKey<'de> {
     type Error = Error;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
@@ -148,7 +148,7 @@ impl<'de> Deserializer<'de> for Key<'de> {
     }
 }
 
-impl<'de> IntoDeserializer<'de, Error> for Key<'de> {
+impl<'de> IntoDeserializer<'de, Error> for MapKey<'de> {
     type Deserializer = Self;
 
     fn into_deserializer(self) -> Self {

@@ -4,7 +4,7 @@
 //! is its unit, and any known one is read. Lines `# key: value` before the header carry the metadata; both they
 //! and the column `gap` may be missing.
 
-use super::names::Column;
+use super::names::ColumnKind;
 use super::{Channel, Check, Metadata, Recording, check_size, metadata, names, not_finite, not_later};
 use crate::units::Unit;
 use crate::{BadInput, json};
@@ -73,13 +73,13 @@ fn parse(text: &str) -> Check<Recording> {
             let cell = cell.trim();
             let place = || format!("line {line}: {name}");
             match column {
-                Column::Gap => gap.push(match cell {
+                ColumnKind::Gap => gap.push(match cell {
                     "0" | "false" => false,
                     "1" | "true" => true,
                     _ => return Err(BadInput::new(place(), "0 or 1", format!("\"{cell}\""))),
                 }),
-                Column::Channel(i, unit) => channels[*i].values.push(number(cell, *unit, place)?),
-                Column::Time(unit) => {
+                ColumnKind::Channel(i, unit) => channels[*i].values.push(number(cell, *unit, place)?),
+                ColumnKind::Time(unit) => {
                     let t = number(cell, Some(unit), place)?;
                     if let Some(&before) = time.last().filter(|before| t <= **before) {
                         return Err(not_later(&place(), before, t));
@@ -100,7 +100,7 @@ fn parse(text: &str) -> Check<Recording> {
 }
 
 /// Kind of each column (n_columns), and a channel without values for each that is one.
-fn columns(header: &::csv::StringRecord) -> Check<(Vec<Column>, Vec<Channel>)> {
+fn columns(header: &::csv::StringRecord) -> Check<(Vec<ColumnKind>, Vec<Channel>)> {
     if let Some(name) = header.get(0).filter(|name| header.len() == 1 && name.contains([';', '\t'])) {
         return Err(BadInput::new("header", "columns separated by commas", format!("`{name}`"))
             .hint("`hysteron import FILE --propose` says how to read such a table"));

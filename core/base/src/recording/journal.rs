@@ -33,7 +33,7 @@ const LOST_BYTES: &str = "journal.lost_bytes";
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Header {
+struct JournalHeader {
     format: String,
     version: u32,
     channels: Vec<String>,
@@ -268,7 +268,7 @@ pub(super) fn frame_length(frames: &[u8]) -> usize {
 fn header(names: &[String], meta: &Metadata) -> Check<Vec<u8>> {
     let channels = names.iter().map(|name| Channel::new(name, vec![0.0])).collect();
     Recording::new(vec![0.0], channels, vec![], meta.clone())?;
-    let header = Header {
+    let header = JournalHeader {
         format: FORMAT.to_owned(),
         version: VERSION,
         channels: names.to_vec(),
@@ -329,7 +329,7 @@ fn parse(bytes: &[u8]) -> Check<Journal> {
     let Some((HEADER, json)) = frame(&mut rest) else {
         return Err(not_one("a torn or damaged one".into()));
     };
-    let header: Header = crate::json::from_text(json).map_err(|e| not_one(e.to_string()))?;
+    let header: JournalHeader = crate::json::from_text(json).map_err(|e| not_one(e.to_string()))?;
     if header.format != FORMAT || header.version != VERSION {
         return Err(BadInput::new(
             "header",

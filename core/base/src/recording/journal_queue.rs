@@ -22,14 +22,14 @@ const SYNC_EVERY: Duration = Duration::from_secs(1);
 pub struct JournalQueue {
     frames: Frames,
     file: Arc<dyn JournalFile>,
-    shared: Arc<Shared>,
+    shared: Arc<QueueShared>,
     writer: Option<JoinHandle<()>>,
     syncer: Option<(Sender<()>, JoinHandle<()>)>,
 }
 
 #[derive(Debug, Default)]
-struct Shared {
-    state: Mutex<State>,
+struct QueueShared {
+    state: Mutex<QueueState>,
     /// Something is to be done for the writer.
     filled: Condvar,
     /// The writer has done something.
@@ -37,7 +37,7 @@ struct Shared {
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct QueueState {
     /// Whole frames that wait.
     waiting: Vec<u8>,
     /// The writer has frames that are not in the file yet.
@@ -50,14 +50,14 @@ struct State {
     is_closed: bool,
 }
 
-impl Shared {
-    fn state(&self) -> MutexGuard<'_, State> {
+impl QueueShared {
+    fn state(&self) -> MutexGuard<'_, QueueState> {
         // Whatever a panic left behind is whole: frames are added and taken at once.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-fn wait<'a>(condition: &Condvar, state: MutexGuard<'a, State>) -> MutexGuard<'a, State> {
+fn wait<'a>(condition: &Condvar, state: MutexGuard<'a, QueueState>) -> MutexGuard<'a, QueueState> {
     condition.wait(state).unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -73,7 +73,7 @@ impl JournalQueue {
     fn syncing(journal: JournalWriter, every: Duration) -> io::Result<Self> {
         let JournalWriter { frames, output } = journal;
         let file = output.file.clone();
-        let shared = Arc::new(Shared::default());
+        let shared = Arc::new(QueueShared::default());
         let named = |name: &str| std::thread::Builder::new().name(name.to_owned());
         let for_writer = shared.clone();
         let writer = named("journal").spawn(move || write(output, &for_writer))?;
@@ -135,7 +135,7 @@ impl JournalQueue {
     }
 }
 
-fn hand_over(shared: &Shared, frame: &[u8]) -> io::Result<()> {
+fn hand_over(shared: &QueueShared, frame: &[u8]) -> io::Result<()> {
     let mut state = shared.state();
     let error = state.error.take();
     if state.waiting.len() + frame.len() > MAX_WAITING {
@@ -149,7 +149,7 @@ fn hand_over(shared: &Shared, frame: &[u8]) -> io::Result<()> {
 }
 
 /// Writes what waits until the queue is closed.
-fn write(mut output: Output, shared: &Shared) {
+fn write(mut output: Output, shared: &QueueShared) {
     let (mut batch, mut at) = (Vec::new(), 0);
     loop {
         let mut state = shared.state();

@@ -206,10 +206,10 @@ impl Recording {
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let place = path.display().to_string();
-        match Kind::of(path, "a recording: .parquet, .csv or .journal")? {
-            Kind::Journal => Ok(Journal::read(path)?.recording),
-            Kind::Csv => Ok(csv::read(&csv_text(path)?).map_err(|bad| bad.within(place))?),
-            Kind::Parquet => {
+        match FileKind::of(path, "a recording: .parquet, .csv or .journal")? {
+            FileKind::Journal => Ok(Journal::read(path)?.recording),
+            FileKind::Csv => Ok(csv::read(&csv_text(path)?).map_err(|bad| bad.within(place))?),
+            FileKind::Parquet => {
                 Ok(parquet::read(file::open(path, MAX_BYTES)?).map_err(|bad| bad.within(place))?)
             }
         }
@@ -222,10 +222,10 @@ impl Recording {
     pub fn read_metadata(path: impl AsRef<Path>) -> Result<Metadata> {
         let path = path.as_ref();
         let place = path.display().to_string();
-        match Kind::of(path, "a recording: .parquet, .csv or .journal")? {
-            Kind::Journal => Ok(Journal::read(path)?.recording.meta),
-            Kind::Csv => Ok(csv::read_metadata(&csv_text(path)?).map_err(|bad| bad.within(place))?),
-            Kind::Parquet => {
+        match FileKind::of(path, "a recording: .parquet, .csv or .journal")? {
+            FileKind::Journal => Ok(Journal::read(path)?.recording.meta),
+            FileKind::Csv => Ok(csv::read_metadata(&csv_text(path)?).map_err(|bad| bad.within(place))?),
+            FileKind::Parquet => {
                 Ok(parquet::read_metadata(file::open(path, MAX_BYTES)?).map_err(|bad| bad.within(place))?)
             }
         }
@@ -238,10 +238,10 @@ impl Recording {
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();
         let expected = "a recording to write: .parquet or .csv";
-        match Kind::of(path, expected)? {
-            Kind::Journal => Err(BadInput::new(path.display().to_string(), expected, ".journal").into()),
-            Kind::Csv => file::write_with(path, |out| csv::write(self, out)),
-            Kind::Parquet => file::write_with(path, |out| out.write_all(&parquet::to_bytes(self)?)),
+        match FileKind::of(path, expected)? {
+            FileKind::Journal => Err(BadInput::new(path.display().to_string(), expected, ".journal").into()),
+            FileKind::Csv => file::write_with(path, |out| csv::write(self, out)),
+            FileKind::Parquet => file::write_with(path, |out| out.write_all(&parquet::to_bytes(self)?)),
         }
     }
 }
@@ -263,13 +263,13 @@ pub(crate) fn check_size(columns: usize, rows: u64) -> Check<()> {
 }
 
 /// Kind of a file of recordings.
-enum Kind {
+enum FileKind {
     Csv,
     Parquet,
     Journal,
 }
 
-impl Kind {
+impl FileKind {
     fn of(path: &Path, expected: &str) -> Check<Self> {
         match path.extension().and_then(|extension| extension.to_str()) {
             Some("csv") => Ok(Self::Csv),

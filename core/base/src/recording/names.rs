@@ -26,7 +26,7 @@ pub(super) fn check_count(n: usize) -> Check<()> {
 }
 
 /// Kind of a column of a table.
-pub(super) enum Column {
+pub(super) enum ColumnKind {
     Time(&'static Unit),
     Gap,
     /// Index of the channel; no unit for plain numbers.
@@ -34,32 +34,32 @@ pub(super) enum Column {
 }
 
 /// Kind of each column of a table (n_columns), and a channel without values for each that is one.
-pub(super) fn columns(table: &[&str]) -> Check<(Vec<Column>, Vec<Channel>)> {
+pub(super) fn columns(table: &[&str]) -> Check<(Vec<ColumnKind>, Vec<Channel>)> {
     check_count(table.len())?;
     let mut columns = Vec::new();
     let mut channels: Vec<Channel> = Vec::new();
     let mut seen: Vec<String> = Vec::new();
     for &name in table {
         let (si, column) = match Unit::of_name(name) {
-            _ if name == "gap" => (name.to_owned(), Column::Gap),
-            _ if is_unitless(name) => (name.to_owned(), Column::Channel(channels.len(), None)),
-            Some(("time", unit)) if unit.si_suffix == "s" => ("time_s".to_owned(), Column::Time(unit)),
+            _ if name == "gap" => (name.to_owned(), ColumnKind::Gap),
+            _ if is_unitless(name) => (name.to_owned(), ColumnKind::Channel(channels.len(), None)),
+            Some(("time", unit)) if unit.si_suffix == "s" => ("time_s".to_owned(), ColumnKind::Time(unit)),
             Some((stem, unit)) => {
-                (format!("{stem}_{}", unit.si_suffix), Column::Channel(channels.len(), Some(unit)))
+                (format!("{stem}_{}", unit.si_suffix), ColumnKind::Channel(channels.len(), Some(unit)))
             }
             None => return Err(unknown(name)),
         };
         if seen.contains(&si) {
             return Err(duplicate(name, &si));
         }
-        if matches!(column, Column::Channel(..)) {
+        if matches!(column, ColumnKind::Channel(..)) {
             check(&si).map_err(|_| unknown(name))?;
             channels.push(Channel::new(si.clone(), Vec::new()));
         }
         seen.push(si);
         columns.push(column);
     }
-    if !columns.iter().any(|column| matches!(column, Column::Time(_))) {
+    if !columns.iter().any(|column| matches!(column, ColumnKind::Time(_))) {
         let found = table.join(", ");
         return Err(BadInput::new("", "a column time_s", if found.is_empty() { "none" } else { &found }));
     }

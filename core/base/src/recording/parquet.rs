@@ -5,8 +5,8 @@
 //! machine or the time. Tables of other programs are read as CSV is: any known unit, any type of number, no metadata.
 
 use super::arrow_schema::Durations;
-use super::names::Column;
-use super::parquet_column::{self, Values};
+use super::names::ColumnKind;
+use super::parquet_column::{self, ColumnValues};
 use super::parquet_damage::damaged;
 use super::{Check, FORMAT, Metadata, Recording, check_size, metadata, names, not_finite, pages};
 use crate::BadInput;
@@ -75,14 +75,14 @@ pub(super) fn read(source: File) -> Check<Recording> {
     for (i, (column, name)) in columns.iter().zip(&table).enumerate() {
         let values = read_numbers(&reader, i, (name, &durations))?;
         match column {
-            Column::Gap => gap = flags(&values, name)?,
-            Column::Time(unit) => {
+            ColumnKind::Gap => gap = flags(&values, name)?,
+            ColumnKind::Time(unit) => {
                 let first = values.origin.and(values.numbers.first().copied());
                 time = in_si(values, Some(unit), name)?;
                 // Stamps of a calendar: the recording begins with its first.
                 first.into_iter().for_each(|first| time.iter_mut().for_each(|t| *t -= first));
             }
-            Column::Channel(k, unit) => channels[*k].values = in_si(values, *unit, name)?,
+            ColumnKind::Channel(k, unit) => channels[*k].values = in_si(values, *unit, name)?,
         }
     }
     Recording::new(time, channels, gap, meta)
@@ -166,7 +166,7 @@ fn read_numbers(
     reader: &SerializedFileReader<File>,
     i: usize,
     (name, durations): (&str, &Durations),
-) -> Check<Values> {
+) -> Check<ColumnValues> {
     let column = reader.metadata().file_metadata().schema_descr().column(i);
     if column.max_rep_level() != 0 || column.max_def_level() > 1 {
         return Err(BadInput::new(name, "one number a row", "lists or tables"));
@@ -182,7 +182,7 @@ fn read_numbers(
 }
 
 /// A column in SI; stamps and spans of time are seconds already, and of nothing but times.
-fn in_si(values: Values, unit: Option<&Unit>, name: &str) -> Check<Vec<f64>> {
+fn in_si(values: ColumnValues, unit: Option<&Unit>, name: &str) -> Check<Vec<f64>> {
     match (values.are_seconds, unit) {
         (true, Some(unit)) if unit.si_suffix == "s" => Ok(values.numbers),
         (true, _) => Err(BadInput::new(name, "a column of numbers", "one of stamps or spans of time")),
@@ -192,7 +192,7 @@ fn in_si(values: Values, unit: Option<&Unit>, name: &str) -> Check<Vec<f64>> {
 }
 
 /// The flags of a column: 0 or 1 of whatever type.
-fn flags(values: &Values, name: &str) -> Check<Vec<bool>> {
+fn flags(values: &ColumnValues, name: &str) -> Check<Vec<bool>> {
     let flag = |(row, value): (usize, &f64)| match *value {
         0.0 => Ok(false),
         1.0 => Ok(true),

@@ -27,7 +27,7 @@ const SECONDS_OF_DAY: i64 = 86_400;
 
 /// Meaning of the stored whole numbers of a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Kind {
+enum IntegerKind {
     Number,
     Unsigned,
     /// Counted from 1970, so many in a second.
@@ -45,7 +45,7 @@ enum Kind {
 
 /// The values of a column, whatever its type.
 #[derive(Debug, Default)]
-pub(crate) struct Values {
+pub(crate) struct ColumnValues {
     /// Row by row, or element by element of lists; NaN where there is none.
     pub numbers: Vec<f64>,
     /// Where the rows of a column of lists begin; empty of others.
@@ -60,43 +60,43 @@ pub(crate) struct Values {
     pub text: Option<TextColumn>,
 }
 
-fn kind(column: &ColumnDescriptor, durations: &Durations) -> Kind {
+fn kind(column: &ColumnDescriptor, durations: &Durations) -> IntegerKind {
     let per_second = |unit: &TimeUnit| match unit {
         TimeUnit::MILLIS => 1000,
         TimeUnit::MICROS => 1_000_000,
         TimeUnit::NANOS => NANOSECONDS,
     };
     match column.logical_type_ref() {
-        Some(LogicalType::Integer(int)) if !int.is_signed => return Kind::Unsigned,
-        Some(LogicalType::Decimal(decimal)) => return Kind::Decimal(decimal.scale),
-        Some(LogicalType::Date) => return Kind::Date,
-        Some(LogicalType::Time(time)) => return Kind::Span(per_second(&time.unit)),
-        Some(LogicalType::Timestamp(stamp)) => return Kind::Stamp(per_second(&stamp.unit)),
-        Some(LogicalType::Float16) => return Kind::Half,
-        Some(LogicalType::String | LogicalType::Enum) => return Kind::Text,
+        Some(LogicalType::Integer(int)) if !int.is_signed => return IntegerKind::Unsigned,
+        Some(LogicalType::Decimal(decimal)) => return IntegerKind::Decimal(decimal.scale),
+        Some(LogicalType::Date) => return IntegerKind::Date,
+        Some(LogicalType::Time(time)) => return IntegerKind::Span(per_second(&time.unit)),
+        Some(LogicalType::Timestamp(stamp)) => return IntegerKind::Stamp(per_second(&stamp.unit)),
+        Some(LogicalType::Float16) => return IntegerKind::Half,
+        Some(LogicalType::String | LogicalType::Enum) => return IntegerKind::Text,
         Some(LogicalType::Integer(_)) | None => {}
-        Some(_) => return Kind::Other,
+        Some(_) => return IntegerKind::Other,
     }
     match column.converted_type() {
         ConvertedType::UINT_8 | ConvertedType::UINT_16 | ConvertedType::UINT_32 | ConvertedType::UINT_64 => {
-            Kind::Unsigned
+            IntegerKind::Unsigned
         }
-        ConvertedType::DECIMAL => Kind::Decimal(column.type_scale()),
-        ConvertedType::DATE => Kind::Date,
-        ConvertedType::TIME_MILLIS => Kind::Span(1000),
-        ConvertedType::TIME_MICROS => Kind::Span(1_000_000),
-        ConvertedType::TIMESTAMP_MILLIS => Kind::Stamp(1000),
-        ConvertedType::TIMESTAMP_MICROS => Kind::Stamp(1_000_000),
-        ConvertedType::UTF8 | ConvertedType::ENUM => Kind::Text,
+        ConvertedType::DECIMAL => IntegerKind::Decimal(column.type_scale()),
+        ConvertedType::DATE => IntegerKind::Date,
+        ConvertedType::TIME_MILLIS => IntegerKind::Span(1000),
+        ConvertedType::TIME_MICROS => IntegerKind::Span(1_000_000),
+        ConvertedType::TIMESTAMP_MILLIS => IntegerKind::Stamp(1000),
+        ConvertedType::TIMESTAMP_MICROS => IntegerKind::Stamp(1_000_000),
+        ConvertedType::UTF8 | ConvertedType::ENUM => IntegerKind::Text,
         ConvertedType::NONE
         | ConvertedType::INT_8
         | ConvertedType::INT_16
         | ConvertedType::INT_32
         | ConvertedType::INT_64 => {
             let name = column.path().parts().first().map_or("", String::as_str);
-            durations.per_second(name).map_or(Kind::Number, Kind::Span)
+            durations.per_second(name).map_or(IntegerKind::Number, IntegerKind::Span)
         }
-        _ => Kind::Other,
+        _ => IntegerKind::Other,
     }
 }
 
@@ -108,7 +108,7 @@ pub(crate) fn read(
     reader: &SerializedFileReader<File>,
     i: usize,
     (name, durations): (&str, &Durations),
-) -> Check<Option<Values>> {
+) -> Check<Option<ColumnValues>> {
     let column = reader.metadata().file_metadata().schema_descr().column(i);
     let kind = kind(&column, durations);
     guarded(name, || typed(reader, i, name, (column.physical_type(), kind)))
@@ -118,9 +118,9 @@ fn typed(
     reader: &SerializedFileReader<File>,
     i: usize,
     name: &str,
-    (physical, kind): (PhysicalType, Kind),
-) -> Check<Option<Values>> {
-    let mut values = Values::default();
+    (physical, kind): (PhysicalType, IntegerKind),
+) -> Check<Option<ColumnValues>> {
+    let mut values = ColumnValues::default();
     let place = (reader, i, name);
     match (physical, kind) {
         (PhysicalType::DOUBLE, _) => pages::<DoubleType>(place, &mut values, |values, x| values.push(*x))?,
@@ -130,10 +130,10 @@ fn typed(
         (PhysicalType::BOOLEAN, _) => {
             pages::<BoolType>(place, &mut values, |values, x| values.push(f64::from(u8::from(*x))))?;
         }
-        (PhysicalType::INT32, Kind::Unsigned) => {
+        (PhysicalType::INT32, IntegerKind::Unsigned) => {
             pages::<Int32Type>(place, &mut values, |values, x| values.push(f64::from(x.cast_unsigned())))?;
         }
-        (PhysicalType::INT64, Kind::Unsigned) => {
+        (PhysicalType::INT64, IntegerKind::Unsigned) => {
             pages::<Int64Type>(place, &mut values, |values, x| values.push(x.cast_unsigned() as f64))?;
         }
         (PhysicalType::INT32, _) => {
@@ -151,21 +151,21 @@ fn typed(
                 NANOSECONDS,
             );
         })?,
-        (PhysicalType::FIXED_LEN_BYTE_ARRAY, Kind::Half) => {
+        (PhysicalType::FIXED_LEN_BYTE_ARRAY, IntegerKind::Half) => {
             pages::<FixedLenByteArrayType>(place, &mut values, |values, x| {
                 let bits = x.data().try_into().map_or(0x7e00, u16::from_le_bytes);
                 values.push(half::f16::from_bits(bits).to_f64());
             })?;
         }
-        (PhysicalType::FIXED_LEN_BYTE_ARRAY, Kind::Decimal(scale)) => {
+        (PhysicalType::FIXED_LEN_BYTE_ARRAY, IntegerKind::Decimal(scale)) => {
             pages::<FixedLenByteArrayType>(place, &mut values, |values, x| {
                 values.push(decimal(x.data(), scale))
             })?;
         }
-        (PhysicalType::BYTE_ARRAY, Kind::Decimal(scale)) => {
+        (PhysicalType::BYTE_ARRAY, IntegerKind::Decimal(scale)) => {
             pages::<ByteArrayType>(place, &mut values, |values, x| values.push(decimal(x.data(), scale)))?;
         }
-        (PhysicalType::BYTE_ARRAY, Kind::Text) => {
+        (PhysicalType::BYTE_ARRAY, IntegerKind::Text) => {
             values.text = Some(TextColumn::default());
             pages::<ByteArrayType>(place, &mut values, |values, x| {
                 values.push(f64::NAN);
@@ -175,8 +175,8 @@ fn typed(
         }
         (PhysicalType::BYTE_ARRAY | PhysicalType::FIXED_LEN_BYTE_ARRAY, _) => return Ok(None),
     }
-    values.are_seconds =
-        matches!(kind, Kind::Stamp(_) | Kind::Span(_) | Kind::Date) || physical == PhysicalType::INT96;
+    values.are_seconds = matches!(kind, IntegerKind::Stamp(_) | IntegerKind::Span(_) | IntegerKind::Date)
+        || physical == PhysicalType::INT96;
     Ok(Some(values))
 }
 
@@ -197,17 +197,17 @@ fn scaled(whole: f64, scale: i32) -> f64 {
     if scale >= 0 { whole / 10_f64.powi(scale) } else { whole * 10_f64.powi(scale.saturating_neg()) }
 }
 
-impl Values {
+impl ColumnValues {
     fn push(&mut self, value: f64) {
         self.numbers.push(value);
     }
 
-    fn push_whole(&mut self, whole: i64, kind: Kind) {
+    fn push_whole(&mut self, whole: i64, kind: IntegerKind) {
         match kind {
-            Kind::Stamp(per_second) => self.push_stamp(0, whole, per_second),
-            Kind::Span(per_second) => self.push(whole as f64 / per_second as f64),
-            Kind::Date => self.push_stamp(whole.saturating_mul(SECONDS_OF_DAY), 0, 1),
-            Kind::Decimal(scale) => self.push(scaled(whole as f64, scale)),
+            IntegerKind::Stamp(per_second) => self.push_stamp(0, whole, per_second),
+            IntegerKind::Span(per_second) => self.push(whole as f64 / per_second as f64),
+            IntegerKind::Date => self.push_stamp(whole.saturating_mul(SECONDS_OF_DAY), 0, 1),
+            IntegerKind::Decimal(scale) => self.push(scaled(whole as f64, scale)),
             _ => self.push(whole as f64),
         }
     }
@@ -232,8 +232,8 @@ impl Values {
 /// All values of a column, from every row group.
 fn pages<T: DataType>(
     (reader, i, name): (&SerializedFileReader<File>, usize, &str),
-    values: &mut Values,
-    push: impl Fn(&mut Values, &T::T),
+    values: &mut ColumnValues,
+    push: impl Fn(&mut ColumnValues, &T::T),
 ) -> Check<()> {
     let bad = |e: ParquetError| damaged(&e).within(name);
     let column = reader.metadata().file_metadata().schema_descr().column(i);
@@ -298,7 +298,7 @@ mod tests {
 
     #[test]
     fn stamps_count_from_the_second_of_the_first() {
-        let mut values = Values::default();
+        let mut values = ColumnValues::default();
         values.push_stamp(0, 1_700_000_000_049_999_952, NANOSECONDS);
         values.push_stamp(0, 1_700_000_001_500_000_000, NANOSECONDS);
         values.push_stamp(0, 1_699_999_999_000_000_000, NANOSECONDS);

@@ -113,7 +113,7 @@ fn clamp(typed: schema::Clamp) -> Check<Region> {
     }
 }
 
-fn tip(typed: schema::Tip) -> Check<Tip> {
+fn tip(typed: schema::TipTable) -> Check<Tip> {
     match (typed.group, typed.point_mm) {
         (Some(group), None) => Ok(Tip::Group(text("tip.group", group)?)),
         (None, Some(point)) => Ok(Tip::Point(vector_within("tip.point_mm", point, LONGEST)?)),
@@ -122,7 +122,7 @@ fn tip(typed: schema::Tip) -> Check<Tip> {
     }
 }
 
-fn tracker(typed: &schema::Tracker) -> Check<TrackerFrame> {
+fn tracker(typed: &schema::TrackerTable) -> Check<TrackerFrame> {
     let turn = vector("tracker.turn_deg", typed.turn_deg.unwrap_or_default())?;
     let angle = turn.iter().map(|c| c * c).sum::<f64>().sqrt();
     if angle > std::f64::consts::PI {
@@ -135,7 +135,7 @@ fn tracker(typed: &schema::Tracker) -> Check<TrackerFrame> {
     })
 }
 
-fn material(typed: &schema::Material) -> Check<Material> {
+fn material(typed: &schema::MaterialTable) -> Check<Material> {
     let variants = [
         ("material.youngs_modulus_pa", typed.youngs_modulus_pa, 1.0),
         ("material.youngs_modulus_kpa", typed.youngs_modulus_kpa, 1e3),
@@ -169,7 +169,7 @@ fn material(typed: &schema::Material) -> Check<Material> {
     })
 }
 
-fn tendon(typed: schema::Tendon, number: usize) -> Check<Tendon> {
+fn tendon(typed: schema::TendonTable, number: usize) -> Check<Tendon> {
     let name = text(&format!("tendon[{number}].name"), typed.name)?;
     let key = |key: &str| format!("tendon.{name}.{key}");
     if typed.points_mm.len() < 2 {
@@ -208,7 +208,7 @@ fn tendon(typed: schema::Tendon, number: usize) -> Check<Tendon> {
     Ok(Tendon { name, points, fixed, drive, tension, stroke, attach_within, ring, compliance, zero })
 }
 
-fn friction(typed: &schema::Friction, tendons: &[Tendon]) -> Check<Friction> {
+fn friction(typed: &schema::TendonFrictionTable, tendons: &[Tendon]) -> Check<Friction> {
     let number = |key: &str, typed: Option<f64>| {
         let largest = match key.rsplit('_').next() {
             Some("n") => LARGEST_FORCE,
@@ -251,7 +251,7 @@ fn friction(typed: &schema::Friction, tendons: &[Tendon]) -> Check<Friction> {
     Ok(friction)
 }
 
-fn auxiliary(typed: &schema::Auxiliary) -> Check<AuxiliaryLayout> {
+fn auxiliary(typed: &schema::AuxiliaryTable) -> Check<AuxiliaryLayout> {
     let segments = count("auxiliary.segments", typed.segments, MAX_SEGMENTS)?;
     let cables_per_segment = count("auxiliary.cables_per_segment", typed.cables_per_segment, MAX_CABLES)?;
     check_at_most(
@@ -293,7 +293,7 @@ fn up_to(key: &str, typed: f64, most: f64) -> Check<f64> {
     if holds || !typed.is_finite() { not_negative(key, typed) } else { between(key, typed, [0.0, most]) }
 }
 
-fn solver(typed: &schema::Solver) -> Check<Solver> {
+fn solver(typed: &schema::SolverTable) -> Check<Solver> {
     let mut solver = Solver::default();
     if let Some(x) = typed.relative_residual {
         solver.relative_residual =

@@ -86,7 +86,7 @@ pub struct TrackerFrame {
 /// Strain measure and stress law of the elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Law {
+pub enum MaterialLaw {
     /// Linear elasticity of the rest shape.
     SmallStrain,
     /// Linear elasticity in a frame turned with each element, by polar decomposition.
@@ -101,7 +101,7 @@ pub enum Law {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Material {
     /// Which law.
-    pub law: Law,
+    pub law: MaterialLaw,
     /// Young's modulus E > 0 [Pa].
     pub youngs_modulus: f64,
     /// Poisson's ratio, -1 < nu < 0.5 [-].
@@ -122,7 +122,7 @@ pub struct PointForce {
 /// Prescribed quantity of a tendon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Drive {
+pub enum PrescribedQuantity {
     /// The pulled length is prescribed, the tension follows.
     Stroke,
     /// The tension is prescribed, the pulled length follows.
@@ -163,7 +163,7 @@ pub struct Tendon {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub fixed: Vec<usize>,
     /// Prescribed quantity.
-    pub drive: Drive,
+    pub drive: PrescribedQuantity,
     /// Tension [N]; a minimum of zero means that it pulls only and goes slack.
     pub tension: Bounds,
     /// Pulled length [m].
@@ -221,7 +221,7 @@ pub struct AuxiliaryLayout {
     /// Turn from each segment to the next [rad].
     pub plane_step: f64,
     /// Prescribed quantity.
-    pub drive: Drive,
+    pub drive: PrescribedQuantity,
     /// Tension [N]; negative pushes.
     pub tension: Bounds,
     /// Pulled length [m].

@@ -2,8 +2,8 @@
 //!
 //! Only `convert.rs` reads these. A key that may be left out, or that comes in several units, is an `Option`.
 
-use super::{Drive, Law};
-use crate::schema::Array;
+use super::{MaterialLaw, PrescribedQuantity};
+use crate::schema::FixedArray;
 use crate::units::LengthUnit;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
@@ -16,24 +16,24 @@ pub(super) struct SceneFile {
     pub version: i64,
     pub name: String,
     pub seed: u64,
-    pub mesh: Mesh,
+    pub mesh: MeshTable,
     pub clamp: Clamp,
-    pub material: Material,
+    pub material: MaterialTable,
     pub gravity: Gravity,
     #[serde(default)]
-    pub point_force: Vec<PointForce>,
-    pub tip: Tip,
-    pub tracker: Option<Tracker>,
+    pub point_force: Vec<PointForceTable>,
+    pub tip: TipTable,
+    pub tracker: Option<TrackerTable>,
     #[serde(default)]
-    pub tendon: Vec<Tendon>,
-    pub friction: Option<Friction>,
-    pub auxiliary: Option<Auxiliary>,
-    pub solver: Option<Solver>,
+    pub tendon: Vec<TendonTable>,
+    pub friction: Option<TendonFrictionTable>,
+    pub auxiliary: Option<AuxiliaryTable>,
+    pub solver: Option<SolverTable>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Mesh {
+pub(super) struct MeshTable {
     pub file: String,
     pub unit: LengthUnit,
 }
@@ -42,14 +42,14 @@ pub(super) struct Mesh {
 #[serde(deny_unknown_fields)]
 pub(super) struct Clamp {
     pub group: Option<String>,
-    pub box_min_mm: Option<Array<f64, 3>>,
-    pub box_max_mm: Option<Array<f64, 3>>,
+    pub box_min_mm: Option<FixedArray<f64, 3>>,
+    pub box_max_mm: Option<FixedArray<f64, 3>>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Material {
-    pub law: Law,
+pub(super) struct MaterialTable {
+    pub law: MaterialLaw,
     pub youngs_modulus_pa: Option<f64>,
     pub youngs_modulus_kpa: Option<f64>,
     pub youngs_modulus_mpa: Option<f64>,
@@ -61,36 +61,36 @@ pub(super) struct Material {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Gravity {
-    pub acceleration_m_s2: Array<f64, 3>,
+    pub acceleration_m_s2: FixedArray<f64, 3>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct PointForce {
-    pub at_mm: Array<f64, 3>,
-    pub force_n: Array<f64, 3>,
+pub(super) struct PointForceTable {
+    pub at_mm: FixedArray<f64, 3>,
+    pub force_n: FixedArray<f64, 3>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Tip {
+pub(super) struct TipTable {
     pub group: Option<String>,
-    pub point_mm: Option<Array<f64, 3>>,
+    pub point_mm: Option<FixedArray<f64, 3>>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Tracker {
-    pub turn_deg: Option<Array<f64, 3>>,
-    pub shift_mm: Option<Array<f64, 3>>,
+pub(super) struct TrackerTable {
+    pub turn_deg: Option<FixedArray<f64, 3>>,
+    pub shift_mm: Option<FixedArray<f64, 3>>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Tendon {
+pub(super) struct TendonTable {
     pub name: String,
     pub points_mm: Vec<TendonPoint>,
-    pub drive: Drive,
+    pub drive: PrescribedQuantity,
     pub tension_min_n: f64,
     pub tension_max_n: f64,
     pub stroke_min_mm: f64,
@@ -104,7 +104,7 @@ pub(super) struct Tendon {
 /// A point as an array, or as a table that says more.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum TendonPoint {
-    Carried(Array<f64, 3>),
+    Carried(FixedArray<f64, 3>),
     Table(PointTable),
 }
 
@@ -136,7 +136,7 @@ impl<'de> Deserialize<'de> for TendonPoint {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PointTable {
-    pub at_mm: Array<f64, 3>,
+    pub at_mm: FixedArray<f64, 3>,
     #[serde(default)]
     pub fixed: bool,
 }
@@ -155,7 +155,7 @@ impl TendonPoint {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Friction {
+pub(super) struct TendonFrictionTable {
     pub points: Option<i64>,
     pub coefficient: Option<f64>,
     pub coulomb_n: Option<f64>,
@@ -167,7 +167,7 @@ pub(super) struct Friction {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Auxiliary {
+pub(super) struct AuxiliaryTable {
     pub segments: i64,
     pub segment_length_mm: f64,
     pub start_mm: f64,
@@ -175,7 +175,7 @@ pub(super) struct Auxiliary {
     pub cables_per_segment: i64,
     pub first_plane_deg: f64,
     pub plane_step_deg: f64,
-    pub drive: Drive,
+    pub drive: PrescribedQuantity,
     pub tension_min_n: f64,
     pub tension_max_n: f64,
     pub stroke_min_mm: f64,
@@ -186,7 +186,7 @@ pub(super) struct Auxiliary {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Solver {
+pub(super) struct SolverTable {
     pub relative_residual: Option<f64>,
     pub stroke_tolerance_mm: Option<f64>,
 }

@@ -104,7 +104,12 @@ fn example_is_read_into_si() {
     assert_eq!(scene.clamp, Region::Group("base".into()));
     assert_eq!(
         scene.material,
-        Material { law: Law::Corotational, youngs_modulus: 20e6, poisson_ratio: 0.45, density: 1150.0 }
+        Material {
+            law: MaterialLaw::Corotational,
+            youngs_modulus: 20e6,
+            poisson_ratio: 0.45,
+            density: 1150.0
+        }
     );
     assert_eq!(scene.gravity, [0.0, 0.0, -9.81]);
     assert_eq!(scene.point_forces, [PointForce { at: [0.0, 0.0, 0.08], force: [0.1, 0.0, 0.0] }]);
@@ -117,7 +122,7 @@ fn example_is_read_into_si() {
             name: "p0".into(),
             points: vec![[0.0045, 0.0, 0.0], [0.0045, 0.0, 0.008]],
             fixed: Vec::new(),
-            drive: Drive::Stroke,
+            drive: PrescribedQuantity::Stroke,
             tension: Bounds { min: 0.0, max: 100.0 },
             stroke: Bounds { min: -0.01, max: 0.01 },
             attach_within: 0.01 / 1000.0,
@@ -136,7 +141,7 @@ fn example_is_read_into_si() {
             cables_per_segment: 2,
             first_plane: 0.0,
             plane_step: std::f64::consts::FRAC_PI_2,
-            drive: Drive::Free,
+            drive: PrescribedQuantity::Free,
             tension: Bounds { min: -20.0, max: 20.0 },
             stroke: Bounds { min: 0.0, max: 0.0025 },
             stroke_rate: f64::INFINITY,

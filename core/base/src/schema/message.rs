@@ -44,6 +44,7 @@ pub(super) fn bad_toml(error: &toml::de::Error, text: &str) -> BadInput {
                 "f64" => "a number",
                 "u64" => "a whole number >= 0",
                 "i64" => "a whole number",
+                table if table.starts_with("struct ") => "a table",
                 other => other,
             };
             // A date is a map to that reader.

@@ -10,7 +10,7 @@ mod tests;
 
 use crate::BadInput;
 use crate::units::Unit;
-pub use array::Array;
+pub use array::FixedArray;
 use serde::de::DeserializeOwned;
 
 type Check<T> = std::result::Result<T, BadInput>;

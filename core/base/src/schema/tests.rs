@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::Array;
+use super::FixedArray;
 
 #[derive(Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
@@ -26,7 +26,7 @@ struct File {
 #[serde(deny_unknown_fields)]
 struct Part {
     kind: Kind,
-    at: Array<f64, 3>,
+    at: FixedArray<f64, 3>,
     #[serde(default)]
     of: Option<Either>,
 }

@@ -5,7 +5,7 @@
 //! that of MathWorks' "MAT-File Format". Text, cells, sparse and complex arrays are left out; version 7.3 is HDF5 and refused.
 
 use super::Table;
-use super::npz::{Array, MAX_BYTES, table};
+use super::npz::{MAX_BYTES, NpyArray, table};
 use crate::BadInput;
 
 type Check<T> = std::result::Result<T, BadInput>;
@@ -25,13 +25,13 @@ const STRUCT: u8 = 2;
 const NUMBERS: std::ops::RangeInclusive<u8> = 6..=15;
 
 /// An element: its type and content.
-struct Element<'a> {
+struct MatElement<'a> {
     kind: u32,
     content: &'a [u8],
 }
 
 /// Elements one after the other.
-struct Elements<'a> {
+struct MatElements<'a> {
     bytes: &'a [u8],
     is_big_endian: bool,
 }
@@ -41,7 +41,7 @@ fn damaged(found: &str) -> BadInput {
         .hint("was it copied or downloaded to the end?")
 }
 
-impl<'a> Elements<'a> {
+impl<'a> MatElements<'a> {
     fn word(&self, at: usize) -> Check<u32> {
         let field = self.bytes.get(at..at + 4).and_then(|field| field.try_into().ok());
         let field = field.ok_or_else(|| damaged("an early end"))?;
@@ -49,7 +49,7 @@ impl<'a> Elements<'a> {
     }
 
     /// The next element; none at the end.
-    fn next(&mut self) -> Check<Option<Element<'a>>> {
+    fn next(&mut self) -> Check<Option<MatElement<'a>>> {
         if self.bytes.is_empty() {
             return Ok(None);
         }
@@ -65,10 +65,10 @@ impl<'a> Elements<'a> {
         // All but compressed ones fill up to eight bytes.
         let end = if kind == COMPRESSED { end } else { end.next_multiple_of(8) };
         self.bytes = self.bytes.get(end..).unwrap_or_default();
-        Ok(Some(Element { kind, content }))
+        Ok(Some(MatElement { kind, content }))
     }
 
-    fn required(&mut self) -> Check<Element<'a>> {
+    fn required(&mut self) -> Check<MatElement<'a>> {
         self.next()?.ok_or_else(|| damaged("an early end"))
     }
 
@@ -78,7 +78,7 @@ impl<'a> Elements<'a> {
 }
 
 /// The numbers of an element, by the type in which they are stored.
-fn numbers(element: &Element, is_big_endian: bool) -> Option<Vec<f64>> {
+fn numbers(element: &MatElement, is_big_endian: bool) -> Option<Vec<f64>> {
     let width = match element.kind {
         1 | 2 => 1,
         3 | 4 => 2,
@@ -102,15 +102,15 @@ fn numbers(element: &Element, is_big_endian: bool) -> Option<Vec<f64>> {
 
 /// Content found in a file: arrays, and what is left out.
 #[derive(Default)]
-struct Found {
-    arrays: Vec<(String, Array)>,
+struct MatContent {
+    arrays: Vec<(String, NpyArray)>,
     left_out: Vec<(String, &'static str)>,
     /// Bytes that were inflated.
     inflated: usize,
 }
 
-impl Found {
-    fn matrix(&mut self, mut parts: Elements, name: Option<&str>, depth: usize) -> Check<()> {
+impl MatContent {
+    fn matrix(&mut self, mut parts: MatElements, name: Option<&str>, depth: usize) -> Check<()> {
         crate::size::check_at_most("arrays", self.arrays.len() + self.left_out.len(), MAX_ARRAYS)?;
         if parts.bytes.is_empty() {
             return Ok(()); // an empty field
@@ -151,12 +151,12 @@ impl Found {
         crate::size::check_at_most("columns of an array", n_columns, MAX_COLUMNS)?;
         let by_rows = |k: usize| values[(k % n_columns) * n_rows + k / n_columns];
         let values = (0..values.len()).map(by_rows).collect();
-        self.arrays.push((name, Array { n_rows, n_columns, has_columns: n_columns > 1, values }));
+        self.arrays.push((name, NpyArray { n_rows, n_columns, has_columns: n_columns > 1, values }));
         Ok(())
     }
 
     /// The fields of a single struct.
-    fn fields(&mut self, mut parts: Elements, (name, shape): (&str, &[f64]), depth: usize) -> Check<()> {
+    fn fields(&mut self, mut parts: MatElements, (name, shape): (&str, &[f64]), depth: usize) -> Check<()> {
         let Some(deeper) = depth.checked_sub(1).filter(|_| shape.iter().all(|size| *size == 1.0)) else {
             self.left_out.push((name.to_owned(), "several structs, or structs too deep"));
             return Ok(());
@@ -197,8 +197,8 @@ pub(super) fn read(bytes: &[u8]) -> Check<Table> {
                 .hint("save it in MATLAB with save(file, \"-v7\"), in Python with scipy.io.savemat"));
         }
     };
-    let mut found = Found::default();
-    let mut elements = Elements { bytes: &bytes[HEADER..], is_big_endian };
+    let mut found = MatContent::default();
+    let mut elements = MatElements { bytes: &bytes[HEADER..], is_big_endian };
     while let Some(element) = elements.next()? {
         match element.kind {
             MATRIX => found.matrix(elements.of(element.content), None, MAX_DEPTH)?,
@@ -207,7 +207,7 @@ pub(super) fn read(bytes: &[u8]) -> Check<Table> {
                 let inflated = miniz_oxide::inflate::decompress_to_vec_zlib_with_limit(element.content, room)
                     .map_err(|error| damaged(&error.to_string()))?;
                 found.inflated += inflated.len();
-                let mut inside = Elements { bytes: &inflated, is_big_endian };
+                let mut inside = MatElements { bytes: &inflated, is_big_endian };
                 while let Some(element) = inside.next()? {
                     if element.kind == MATRIX {
                         found.matrix(inside.of(element.content), None, MAX_DEPTH)?;

@@ -56,14 +56,14 @@ pub struct Table {
 
 /// Rows to keep: those in which a column has this value.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Filter {
+pub struct RowFilter {
     /// Name of the column.
     pub column: String,
     /// The cell as it stands in the file, or a number equal to it.
     pub value: String,
 }
 
-impl Filter {
+impl RowFilter {
     /// The filter of `COLUMN=VALUE`.
     ///
     /// # Errors
@@ -101,7 +101,7 @@ impl Table {
     ///
     /// # Errors
     /// `BadInput` naming the file and what is wrong in it; `Io` if it cannot be read.
-    pub fn read(path: &Path, filter: Option<&Filter>) -> Result<Self> {
+    pub fn read(path: &Path, filter: Option<&RowFilter>) -> Result<Self> {
         Self::read_as(path, filter, &TextFormat::default())
     }
 
@@ -109,7 +109,7 @@ impl Table {
     ///
     /// # Errors
     /// As [`Table::read`].
-    pub fn read_as(path: &Path, filter: Option<&Filter>, format: &TextFormat) -> Result<Self> {
+    pub fn read_as(path: &Path, filter: Option<&RowFilter>, format: &TextFormat) -> Result<Self> {
         let place = path.display().to_string();
         let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
         let table = match extension.to_ascii_lowercase().as_str() {
@@ -217,7 +217,7 @@ impl Table {
     ///
     /// # Errors
     /// `BadInput` where there is no such column, or no such row.
-    pub fn filtered(self, filter: &Filter) -> std::result::Result<Self, BadInput> {
+    pub fn filtered(self, filter: &RowFilter) -> std::result::Result<Self, BadInput> {
         let Some(by) = self.index(&filter.column) else {
             return Err(BadInput::new("filter", format!("a column \"{}\"", filter.column), self.names()));
         };

@@ -23,7 +23,7 @@ const ENTRY: &[u8] = b"PK\x01\x02";
 const LOCAL_ENTRY: &[u8] = b"PK\x03\x04";
 
 /// An array as its file has it.
-pub(super) struct Array {
+pub(super) struct NpyArray {
     pub(super) n_rows: usize,
     pub(super) n_columns: usize,
     /// False for a column that needs no number behind its name.
@@ -60,7 +60,7 @@ pub(super) fn read_archive(bytes: &[u8]) -> Check<Table> {
 }
 
 /// The arrays of the length that most of them have, as columns.
-pub(super) fn table(arrays: Vec<(String, Array)>, left_out: Vec<(String, &'static str)>) -> Check<Table> {
+pub(super) fn table(arrays: Vec<(String, NpyArray)>, left_out: Vec<(String, &'static str)>) -> Check<Table> {
     let mut lengths: BTreeMap<usize, usize> = BTreeMap::new();
     arrays.iter().for_each(|(_, array)| *lengths.entry(array.n_rows).or_default() += 1);
     let Some(n) = lengths.iter().max_by_key(|(_, count)| **count).map(|(length, _)| *length) else {
@@ -90,12 +90,12 @@ fn structured(bytes: &[u8]) -> Check<Option<Vec<Column>>> {
         return Ok(None);
     };
     let fields = fields.split_once(']').map_or("", |(fields, _)| fields);
-    let mut columns: Vec<(String, Kind, usize)> = Vec::new();
+    let mut columns: Vec<(String, NumberType, usize)> = Vec::new();
     let mut width = 0;
     for field in fields.split('(').skip(1) {
         let texts: Vec<&str> = field.split('\'').skip(1).step_by(2).collect();
         let [name, kind] = texts[..] else { return Ok(None) };
-        let Some(kind) = Kind::of(kind) else { return Ok(None) };
+        let Some(kind) = NumberType::of(kind) else { return Ok(None) };
         columns.push((name.to_owned(), kind, width));
         width += kind.size;
         crate::size::check_at_most("columns of an array", columns.len(), MAX_COLUMNS)?;
@@ -104,7 +104,7 @@ fn structured(bytes: &[u8]) -> Check<Option<Vec<Column>>> {
         return Ok(None);
     }
     check_size(columns.len(), (data.len() / width) as u64)?;
-    let column = |(name, kind, at): (String, Kind, usize)| {
+    let column = |(name, kind, at): (String, NumberType, usize)| {
         let values = data.chunks_exact(width).map(|record| kind.value(&record[at..at + kind.size])).collect();
         Column { name, values }
     };
@@ -112,7 +112,7 @@ fn structured(bytes: &[u8]) -> Check<Option<Vec<Column>>> {
 }
 
 /// A file of the archive.
-struct Entry {
+struct ArchiveEntry {
     name: String,
     method: usize,
     packed: usize,
@@ -136,7 +136,7 @@ fn slice(bytes: &[u8], at: usize, length: usize) -> Check<&[u8]> {
     at.checked_add(length).and_then(|end| bytes.get(at..end)).ok_or_else(|| damaged("an early end"))
 }
 
-fn directory(bytes: &[u8]) -> Check<Vec<Entry>> {
+fn directory(bytes: &[u8]) -> Check<Vec<ArchiveEntry>> {
     // The record has 22 bytes and a comment of at most 65 535.
     let from = bytes.len().saturating_sub(22 + 65_535);
     let tail = &bytes[from..];
@@ -152,7 +152,7 @@ fn directory(bytes: &[u8]) -> Check<Vec<Entry>> {
         }
         let field = |offset, width| number(bytes, at + offset, width);
         let name_length = field(28, 2)?;
-        entries.push(Entry {
+        entries.push(ArchiveEntry {
             name: String::from_utf8_lossy(slice(bytes, at + 46, name_length)?).into_owned(),
             method: field(10, 2)?,
             packed: field(20, 4)?,
@@ -164,7 +164,7 @@ fn directory(bytes: &[u8]) -> Check<Vec<Entry>> {
     Ok(entries)
 }
 
-fn contents(bytes: &[u8], entry: &Entry) -> Check<Vec<u8>> {
+fn contents(bytes: &[u8], entry: &ArchiveEntry) -> Check<Vec<u8>> {
     let place = |bad: BadInput| bad.within(&entry.name);
     if slice(bytes, entry.at, 4).map_err(place)? != LOCAL_ENTRY {
         return Err(place(damaged("an entry that is none")));
@@ -195,13 +195,13 @@ fn parts(bytes: &[u8]) -> Check<Option<(String, &[u8])>> {
 }
 
 /// An array of numbers with one or two axes; `None` for another.
-fn array(bytes: &[u8]) -> Check<Option<Array>> {
+fn array(bytes: &[u8]) -> Check<Option<NpyArray>> {
     let bad = |found: &str| BadInput::new("contents", "a NumPy array", found);
     let Some((header, data)) = parts(bytes)? else { return Err(bad("another beginning")) };
     let Some((kind, is_fortran, shape)) = parse_header(&header) else {
         return Err(bad("a header that is none"));
     };
-    let Some(kind) = Kind::of(kind) else { return Ok(None) };
+    let Some(kind) = NumberType::of(kind) else { return Ok(None) };
     let (n_rows, n_columns, has_columns) = match shape[..] {
         [n] => (n, 1, false),
         [n, m] => (n, m, true),
@@ -216,7 +216,7 @@ fn array(bytes: &[u8]) -> Check<Option<Array>> {
         let index = |k: usize| values[(k % n_columns) * n_rows + k / n_columns];
         values = (0..n).map(index).collect();
     }
-    Ok(Some(Array { n_rows, n_columns, has_columns, values }))
+    Ok(Some(NpyArray { n_rows, n_columns, has_columns, values }))
 }
 
 /// Type, order and shape of a header like `{'descr': '<f8', 'fortran_order': False, 'shape': (5027, 7), }`.
@@ -231,13 +231,13 @@ fn parse_header(header: &str) -> Option<(&str, bool, Vec<usize>)> {
 
 /// Type of the numbers of an array.
 #[derive(Debug, Clone, Copy)]
-struct Kind {
+struct NumberType {
     letter: u8,
     size: usize,
     is_big_endian: bool,
 }
 
-impl Kind {
+impl NumberType {
     fn of(text: &str) -> Option<Self> {
         let (order, letter, size) = match *text.as_bytes() {
             [order, letter, digit] => (order, letter, usize::from(digit.wrapping_sub(b'0'))),

@@ -5,7 +5,7 @@ use super::{Column, Table};
 use crate::BadInput;
 use crate::recording::check_size;
 use crate::recording::parquet::{durations, most_rows, opened};
-use crate::recording::parquet_column::{self, MAX_LIST, Values};
+use crate::recording::parquet_column::{self, ColumnValues, MAX_LIST};
 use ::parquet::file::reader::FileReader;
 use std::fs::File;
 
@@ -41,7 +41,7 @@ pub(super) fn read(source: File) -> Check<Table> {
 }
 
 /// The elements of lists of one length (n_elements × n_rows); `None` of others. A row without a list has no numbers.
-fn spread(values: &Values) -> Option<Vec<Vec<f64>>> {
+fn spread(values: &ColumnValues) -> Option<Vec<Vec<f64>>> {
     let ends = values.starts.iter().skip(1).copied().chain([values.numbers.len()]);
     let rows: Vec<&[f64]> =
         values.starts.iter().zip(ends).map(|(start, end)| &values.numbers[*start..end]).collect();
@@ -53,7 +53,7 @@ fn spread(values: &Values) -> Option<Vec<Vec<f64>>> {
 }
 
 impl Table {
-    fn add(&mut self, name: String, values: Values) {
+    fn add(&mut self, name: String, values: ColumnValues) {
         let k = self.columns.len();
         if let Some(text) = values.text {
             return self.add_text(k, name, text);

@@ -5,7 +5,7 @@
 use chrono::{NaiveDate, NaiveTime, Timelike};
 
 /// Whole seconds since 1970 (of a time of day, since midnight), and the fraction [s].
-pub(super) type Stamp = (i64, f64);
+pub(super) type Timestamp = (i64, f64);
 
 const DATES: [&str; 3] = ["%Y-%m-%d", "%Y/%m/%d", "%d.%m.%Y"];
 const TIMES: [&str; 2] = ["%H:%M:%S%.f", "%H:%M"];
@@ -13,7 +13,7 @@ const TIMES: [&str; 2] = ["%H:%M:%S%.f", "%H:%M"];
 const MAX_LENGTH: usize = 40;
 
 /// The stamp in a cell. Without a zone it is taken as UTC: only differences count.
-pub(super) fn parse(text: &str) -> Option<Stamp> {
+pub(super) fn parse(text: &str) -> Option<Timestamp> {
     let begins = text.as_bytes().first().is_some_and(u8::is_ascii_digit);
     if !begins || text.len() > MAX_LENGTH || !text.contains([':', '-', '/', '.']) {
         return None;

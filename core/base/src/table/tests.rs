@@ -98,13 +98,13 @@ fn cells_without_a_number_are_known_by_their_line() {
     assert!(table.columns()[1].values[1..].iter().all(|x| x.is_nan()));
     assert_eq!((table.row_name(2), table.shown(1, 2)), ("line 5".to_owned(), "\"x\"".to_owned()));
     assert_eq!(table.shown(1, 1), "no number");
-    let only_b = Filter { column: "label".into(), value: "b".into() };
+    let only_b = RowFilter { column: "label".into(), value: "b".into() };
     let filtered = of_text("t,q,label\n0,1,a\n\n1,5,b\n2,6,b\n").filtered(&only_b).unwrap();
     assert_eq!(
         (filtered.columns()[1].values.as_slice(), filtered.row_name(0)),
         (&[5.0, 6.0][..], "line 4".to_owned())
     );
-    let nowhere = Filter { column: "label".into(), value: "c".into() };
+    let nowhere = RowFilter { column: "label".into(), value: "c".into() };
     assert!(of_text("t,label\n0,a\n").filtered(&nowhere).unwrap_err().to_string().contains("label = c"));
     assert!(of_text("t,q\n0,1\n").filtered(&nowhere).unwrap_err().to_string().contains("a column \"label\""));
 }

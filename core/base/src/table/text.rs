@@ -33,7 +33,7 @@ pub struct TextFormat {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Layout {
+struct TextLayout {
     separator: Option<char>,
     decimal: Decimal,
     /// Cells of most lines.
@@ -41,7 +41,7 @@ struct Layout {
 }
 
 /// A line with its number from 1.
-type Line<'a> = (usize, Cow<'a, str>);
+type NumberedLine<'a> = (usize, Cow<'a, str>);
 
 /// The cells of a line.
 fn cells(line: &str, separator: Option<char>) -> Vec<Cow<'_, str>> {
@@ -87,7 +87,7 @@ fn unquoted(cell: &str) -> &str {
 }
 
 /// Lines with content, those of a cell in quotes as one.
-fn lines(text: &str) -> impl Iterator<Item = Line<'_>> {
+fn lines(text: &str) -> impl Iterator<Item = NumberedLine<'_>> {
     let mut numbered = text.lines().enumerate();
     std::iter::from_fn(move || {
         let (at, line) = numbered.by_ref().find(|(_, line)| !line.trim().is_empty())?;
@@ -118,7 +118,7 @@ fn comment(line: &str) -> Option<&str> {
 }
 
 /// How a sample of lines is divided, by the share of numbers among cells and of lines that are as wide as most.
-fn layout(sample: &[Line], format: &TextFormat) -> Layout {
+fn layout(sample: &[NumberedLine], format: &TextFormat) -> TextLayout {
     let separators = SEPARATORS.iter().copied().filter(|separator| match format.delimiter {
         Some(' ') => separator.is_none(),
         Some(stated) => *separator == Some(stated),
@@ -129,22 +129,22 @@ fn layout(sample: &[Line], format: &TextFormat) -> Layout {
         Some(_) => *decimal == Decimal::Point,
         None => true,
     });
-    let mut best: Option<((f64, usize), Layout)> = None;
+    let mut best: Option<((f64, usize), TextLayout)> = None;
     // A separator of one's own is the only one.
     let own = format.delimiter.filter(|c| *c != ' ' && !SEPARATORS.contains(&Some(*c)));
     for separator in separators.chain(own.map(Some)) {
         for decimal in decimals.clone().filter(|d| (separator, *d) != (Some(','), Decimal::Comma)) {
             let (score, width) = score(sample, separator, decimal);
             if best.as_ref().is_none_or(|(known, _)| (score, width) > *known) {
-                best = Some(((score, width), Layout { separator, decimal, width }));
+                best = Some(((score, width), TextLayout { separator, decimal, width }));
             }
         }
     }
-    best.map_or(Layout { separator: None, decimal: Decimal::Point, width: 1 }, |(_, layout)| layout)
+    best.map_or(TextLayout { separator: None, decimal: Decimal::Point, width: 1 }, |(_, layout)| layout)
 }
 
 /// The part of the cells that are numbers or stamps, times that of the lines of one width; and that width.
-fn score(sample: &[Line], separator: Option<char>, decimal: Decimal) -> (f64, usize) {
+fn score(sample: &[NumberedLine], separator: Option<char>, decimal: Decimal) -> (f64, usize) {
     let (mut numbers, mut filled) = (0, 0);
     let mut widths: BTreeMap<usize, usize> = BTreeMap::new();
     for (k, (_, line)) in sample.iter().enumerate() {
@@ -164,14 +164,14 @@ fn score(sample: &[Line], separator: Option<char>, decimal: Decimal) -> (f64, us
 }
 
 /// Where a table begins: its names, units and first row of numbers.
-struct Head {
+struct TableHead {
     names: Vec<String>,
     units: Vec<String>,
     /// Lines before the first row, of those with content.
     n_lines: usize,
 }
 
-fn head(sample: &[Line], last_comment: Option<&str>, layout: Layout) -> Check<Head> {
+fn head(sample: &[NumberedLine], last_comment: Option<&str>, layout: TextLayout) -> Check<TableHead> {
     let is_number = |cell: &str| number(cell, layout.decimal).is_some() || stamps::parse(cell).is_some();
     let split = |k: usize| sample.get(k).map(|(_, line)| cells(line, layout.separator));
     let is_row = |row: &[Cow<str>]| row.iter().any(|cell| !cell.is_empty() && is_number(cell));
@@ -204,7 +204,7 @@ fn head(sample: &[Line], last_comment: Option<&str>, layout: Layout) -> Check<He
     let units =
         if has_units { below.iter().map(|cell| bare_unit(cell).to_owned()).collect() } else { Vec::new() };
     let names = named.unwrap_or_else(|| (1..=row.len()).map(|k| k.to_string()).collect());
-    Ok(Head { names, units, n_lines: first + usize::from(has_header) + usize::from(has_units) })
+    Ok(TableHead { names, units, n_lines: first + usize::from(has_header) + usize::from(has_units) })
 }
 
 /// True for what stands in a row of units: something in brackets, or a short word that is one.
@@ -235,13 +235,13 @@ pub(super) fn read(text: &str, format: &TextFormat) -> Check<Table> {
         format.delimiter = format.delimiter.or(stated.chars().next());
         (text, skipped) = (rest, 1);
     }
-    let is_content = |(_, line): &Line| comment(line).is_none();
+    let is_content = |(_, line): &NumberedLine| comment(line).is_none();
     let mut last_comment = None;
     let leading = text
         .lines()
         .map_while(|line| if line.trim().is_empty() { Some(None) } else { comment(line).map(Some) });
     leading.flatten().for_each(|line| last_comment = Some(line));
-    let sample: Vec<Line> = lines(text).filter(is_content).take(MAX_SAMPLE).collect();
+    let sample: Vec<NumberedLine> = lines(text).filter(is_content).take(MAX_SAMPLE).collect();
     let Some((at, first)) = sample.first() else {
         return Err(BadInput::new("line 1", "a table of numbers", "nothing"));
     };

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_base::import::{self, Columns, Request};
+use hysteron_base::import::{self, ColumnMap, Request};
 use hysteron_base::{Metadata, Table};
 use hysteron_fuzz::text::{slipped, slips};
 use hysteron_fuzz::{Damage, damaged, damages, drive};
@@ -277,9 +277,9 @@ fn no_damage_to_a_mat_file_does_harm() {
 fn no_slip_in_a_map_does_harm() {
     let map = std::fs::read_to_string(folder().join("cols.toml")).unwrap();
     let table = folder().join("semicolon_decimal_comma.csv");
-    Columns::parse(&map, "cols.toml").unwrap();
+    ColumnMap::parse(&map, "cols.toml").unwrap();
     drive("map of columns", 2000, MEMORY_MAX, slips(), |slips| {
-        match Columns::parse(&slipped(&map, &slips), "cols.toml") {
+        match ColumnMap::parse(&slipped(&map, &slips), "cols.toml") {
             Ok(columns) => {
                 let request = Request { columns: Some(columns), ..Request::default() };
                 match import::read(std::slice::from_ref(&table), &request, Metadata::default()) {
@@ -294,7 +294,7 @@ fn no_slip_in_a_map_does_harm() {
     let text = std::fs::read_to_string(&table).unwrap();
     drive("import of a table", 500, MEMORY_MAX, slips(), |slips| {
         let request =
-            Request { columns: Some(Columns::parse(&map, "cols.toml").unwrap()), ..Request::default() };
+            Request { columns: Some(ColumnMap::parse(&map, "cols.toml").unwrap()), ..Request::default() };
         let path = case.write(slipped(&text, &slips)).clone();
         if let Err(error) = import::read(&[path], &request, Metadata::default()) {
             refused_by_base(&error);

@@ -38,7 +38,7 @@ pub struct BoxedRows {
 }
 
 /// A point of the dual.
-struct Dual {
+struct DualPoint {
     multiplier: DVector<f64>,
     /// Gᵀη.
     pull: DVector<f64>,
@@ -94,15 +94,15 @@ impl BoxedRows {
         self.unbounded(k, pull).max(lowest).min(highest)
     }
 
-    fn at(&self, multiplier: DVector<f64>) -> Dual {
+    fn at(&self, multiplier: DVector<f64>) -> DualPoint {
         let pull = self.gain.tr_mul(&multiplier);
         let x = DVector::from_fn(pull.len(), |k, _| self.bounded(k, pull[k]));
         let gradient = &multiplier - &self.error + &self.gain * &x;
-        Dual { multiplier, pull, x, gradient }
+        DualPoint { multiplier, pull, x, gradient }
     }
 
     /// (1 + G_between G_betweenᵀ / γ)⁻¹ ∇φ.
-    fn newton_step(&self, at: &Dual) -> Option<DVector<f64>> {
+    fn newton_step(&self, at: &DualPoint) -> Option<DVector<f64>> {
         let rows = self.error.len();
         let mut curvature = DMatrix::identity(rows, rows);
         for (k, column) in self.gain.column_iter().enumerate() {
@@ -115,7 +115,7 @@ impl BoxedRows {
     }
 
     /// The t that minimises φ(η - t step): its derivative is linear between the places where a variable meets a bound.
-    fn best_part(&self, at: &Dual, step: &DVector<f64>) -> f64 {
+    fn best_part(&self, at: &DualPoint, step: &DVector<f64>) -> f64 {
         let along = self.gain.tr_mul(step);
         let (start, square) = (step.dot(&at.multiplier) - step.dot(&self.error), step.norm_squared());
         let slope = |t: f64| {

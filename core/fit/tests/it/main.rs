@@ -7,14 +7,14 @@ mod qp;
 
 use hysteron_base::{BadInput, Bounds, rng};
 use hysteron_fit::{
-    Failure, Fit, GlobalMethod, GlobalOptions, Options, Parameter, Prior, Scale, Standing, TOLERANCE,
-    least_squares, polished, search_globally,
+    Failure, Fit, GlobalMethod, GlobalOptions, Identifiability, Options, Parameter, ParameterScale, Prior,
+    TOLERANCE, least_squares, polished, search_globally,
 };
 use rand::RngExt;
 
 const WATCH: &(dyn Fn(usize, f64) -> bool + Sync) = &|_, _| true;
 
-fn parameter(name: &str, start: f64, min: f64, max: f64, scale: Scale) -> Parameter {
+fn parameter(name: &str, start: f64, min: f64, max: f64, scale: ParameterScale) -> Parameter {
     Parameter { name: name.into(), start, bounds: Bounds { min, max }, scale, prior: None }
 }
 
@@ -42,8 +42,8 @@ const DECAY: fn(&[f64], f64) -> f64 = |p, t| p[0] * (-t / p[1]).exp();
 #[test]
 fn standard_errors_cover_the_truth_as_often_as_they_say() {
     let parameters = [
-        parameter("height", 1.0, 0.1, 20.0, Scale::Logarithmic),
-        parameter("time", 1.0, 0.1, 9.0, Scale::Linear),
+        parameter("height", 1.0, 0.1, 20.0, ParameterScale::Logarithmic),
+        parameter("time", 1.0, 0.1, 9.0, ParameterScale::Linear),
     ];
     let at: Vec<f64> = (0..60).map(|i| 0.1 * f64::from(i)).collect();
     let (mut rng, truth, n) = (rng(1, "fit/coverage"), [3.0, 2.0], 200);
@@ -65,8 +65,8 @@ fn standard_errors_cover_the_truth_as_often_as_they_say() {
 #[test]
 fn huber_forgives_outliers() {
     let parameters = [
-        parameter("height", 1.0, 0.1, 20.0, Scale::Logarithmic),
-        parameter("time", 1.0, 0.1, 9.0, Scale::Linear),
+        parameter("height", 1.0, 0.1, 20.0, ParameterScale::Logarithmic),
+        parameter("time", 1.0, 0.1, 9.0, ParameterScale::Linear),
     ];
     let at: Vec<f64> = (0..60).map(|i| 0.1 * f64::from(i)).collect();
     let outlier = |i: usize| if i % 10 == 3 { 2.0 } else { 0.0 };
@@ -81,26 +81,26 @@ fn huber_forgives_outliers() {
 fn what_the_data_does_not_see_is_held_and_named() {
     let three = |start: [f64; 3]| ["a", "b", "c"].map(str::to_owned).into_iter().zip(start);
     let parameters: Vec<Parameter> = three([0.5, 0.4, 0.3])
-        .map(|(name, start)| parameter(&name, start, 0.0, 1.0, Scale::Linear))
+        .map(|(name, start)| parameter(&name, start, 0.0, 1.0, ParameterScale::Linear))
         .collect();
     let at = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
     // Only a + b is observable, and c not at all.
     let fit = curve(&parameters, None, &at, &[1.2; 6], |p, _| p[0] + p[1]);
     let standing = |k: usize| &fit.estimates[k].standing;
-    assert_eq!(*standing(2), Standing::Undetermined(vec![]));
+    assert_eq!(*standing(2), Identifiability::Undetermined(vec![]));
     assert_eq!(fit.estimates[2].value, 0.3);
-    let held = if *standing(0) == Standing::Fitted { 1 } else { 0 };
-    assert_eq!(*standing(held), Standing::Undetermined(vec![fit.estimates[1 - held].name.clone()]));
+    let held = if *standing(0) == Identifiability::Fitted { 1 } else { 0 };
+    assert_eq!(*standing(held), Identifiability::Undetermined(vec![fit.estimates[1 - held].name.clone()]));
     // Linear: exact but for the search's tolerance.
     assert!((fit.estimates[0].value + fit.estimates[1].value - 1.2).abs() < 1e-4);
 }
 
 #[test]
 fn parameter_beyond_its_bound_is_reported_on_it() {
-    let parameters = [parameter("height", 1.0, 0.1, 2.0, Scale::Linear)];
+    let parameters = [parameter("height", 1.0, 0.1, 2.0, ParameterScale::Linear)];
     let at = [0.0, 1.0, 2.0, 3.0];
     let fit = curve(&parameters, None, &at, &[3.0; 4], |p, _| p[0]);
-    assert_eq!(fit.estimates[0].standing, Standing::AtBound);
+    assert_eq!(fit.estimates[0].standing, Identifiability::AtBound);
     assert_eq!(fit.estimates[0].standard_error, None);
     assert_eq!(fit.estimates[0].value.to_bits(), 2.0_f64.to_bits());
 }
@@ -109,8 +109,8 @@ fn parameter_beyond_its_bound_is_reported_on_it() {
 fn a_minimum_on_a_bound_is_on_it_exactly_and_one_just_inside_is_not() {
     // A line through data whose slope is at the lower bound, or beyond it, or off it by a thousandth of the range.
     let parameters = [
-        parameter("slope", 0.4, 0.0, 1.0, Scale::Linear),
-        parameter("height", 0.3, -9.0, 9.0, Scale::Linear),
+        parameter("slope", 0.4, 0.0, 1.0, ParameterScale::Linear),
+        parameter("height", 0.3, -9.0, 9.0, ParameterScale::Linear),
     ];
     let at: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i)).collect();
     let of: fn(&[f64], f64) -> f64 = |p, t| p[0] * t + p[1];
@@ -123,7 +123,11 @@ fn a_minimum_on_a_bound_is_on_it_exactly_and_one_just_inside_is_not() {
         let fit = fitted(slope);
         let [found, height] = [0, 1].map(|k| &fit.estimates[k]);
         let bound: f64 = if slope < 0.5 { 0.0 } else { 1.0 };
-        assert_eq!((&found.standing, found.standard_error), (&Standing::AtBound, None), "{slope}: {found:?}");
+        assert_eq!(
+            (&found.standing, found.standard_error),
+            (&Identifiability::AtBound, None),
+            "{slope}: {found:?}"
+        );
         assert_eq!(found.value.to_bits(), bound.to_bits(), "{slope}");
         // The height that is best with the slope on its bound: what the slope cannot take at the middle of the times.
         let best = 0.7 + (slope - bound) * at.iter().sum::<f64>() / at.len() as f64;
@@ -132,7 +136,7 @@ fn a_minimum_on_a_bound_is_on_it_exactly_and_one_just_inside_is_not() {
         assert!((height.value - best).abs() < off, "{slope}: {height:?}, {best}");
     }
     let inside = &fitted(1e-3).estimates[0];
-    assert_eq!(inside.standing, Standing::Fitted, "{inside:?}");
+    assert_eq!(inside.standing, Identifiability::Fitted, "{inside:?}");
     assert!((inside.value - 1e-3).abs() < 1e-5 && inside.standard_error.is_some(), "{inside:?}");
 }
 
@@ -140,8 +144,8 @@ fn a_minimum_on_a_bound_is_on_it_exactly_and_one_just_inside_is_not() {
 fn a_correction_that_ends_on_a_bound_is_on_it_without_a_standard_error() {
     // Coarse data say .05, all of it says less than nothing.
     let parameters = [
-        parameter("slope", 0.4, 0.0, 1.0, Scale::Linear),
-        parameter("height", 0.3, -9.0, 9.0, Scale::Linear),
+        parameter("slope", 0.4, 0.0, 1.0, ParameterScale::Linear),
+        parameter("height", 0.3, -9.0, 9.0, ParameterScale::Linear),
     ];
     let at: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i)).collect();
     let of: fn(&[f64], f64) -> f64 = |p, t| p[0] * t + p[1];
@@ -150,7 +154,7 @@ fn a_correction_that_ends_on_a_bound_is_on_it_without_a_standard_error() {
         at.iter().enumerate().map(|(i, t)| of(&[slope, 0.7], *t) + noise(i)).collect()
     };
     let mut fit = curve(&parameters, None, &at, &data(0.05), of);
-    assert_eq!(fit.estimates[0].standing, Standing::Fitted);
+    assert_eq!(fit.estimates[0].standing, Identifiability::Fitted);
     let starts: Vec<Parameter> = parameters
         .iter()
         .zip(fit.values())
@@ -164,7 +168,7 @@ fn a_correction_that_ends_on_a_bound_is_on_it_without_a_standard_error() {
     };
     polished(&starts, &options, residuals, &mut fit).unwrap();
     let [slope, height] = [0, 1].map(|k| &fit.estimates[k]);
-    assert_eq!((&slope.standing, slope.standard_error, slope.value), (&Standing::AtBound, None, 0.0));
+    assert_eq!((&slope.standing, slope.standard_error, slope.value), (&Identifiability::AtBound, None, 0.0));
     assert_eq!(slope.start, 0.4, "where the first search began");
     let best = 0.7 - 0.02 * at.iter().sum::<f64>() / at.len() as f64;
     assert!((height.value - best).abs() < 1e-4 && height.standard_error.is_some(), "{height:?}, {best}");
@@ -172,7 +176,7 @@ fn a_correction_that_ends_on_a_bound_is_on_it_without_a_standard_error() {
 
 #[test]
 fn start_out_of_bounds_is_refused() {
-    let parameters = [parameter("height", 3.0, 0.1, 2.0, Scale::Linear)];
+    let parameters = [parameter("height", 3.0, 0.1, 2.0, ParameterScale::Linear)];
     let options =
         Options { huber: None, smallest_effect: 0.0, n_nuisance: 0, tolerance: TOLERANCE, watch: WATCH };
     let error = least_squares(&parameters, &options, |_| Ok::<_, BadInput>(vec![vec![0.0; 9]])).unwrap_err();
@@ -187,14 +191,19 @@ fn what_is_believed_stays_where_the_data_says_little() {
     // The second parameter moves the data by a tenth of the noise.
     let of: fn(&[f64], f64) -> f64 = |p, t| p[0] * t + 0.01 * p[1] * (7.0 * t).sin();
     let data: Vec<f64> = at.iter().map(|t| of(&[0.4, 0.9], *t) + 0.1 * normal(&mut rng)).collect();
-    let mut parameters =
-        [parameter("slope", 0.3, 0.0, 1.0, Scale::Linear), parameter("wave", 0.1, 0.0, 1.0, Scale::Linear)];
+    let mut parameters = [
+        parameter("slope", 0.3, 0.0, 1.0, ParameterScale::Linear),
+        parameter("wave", 0.1, 0.0, 1.0, ParameterScale::Linear),
+    ];
     for parameter in &mut parameters {
         parameter.prior = believed(parameter.start);
     }
     let fit = curve(&parameters, None, &at, &data, of);
-    assert_eq!(fit.estimates[0].standing, Standing::Fitted);
-    assert_eq!((&fit.estimates[1].standing, fit.estimates[1].value), (&Standing::Undetermined(vec![]), 0.1));
+    assert_eq!(fit.estimates[0].standing, Identifiability::Fitted);
+    assert_eq!(
+        (&fit.estimates[1].standing, fit.estimates[1].value),
+        (&Identifiability::Undetermined(vec![]), 0.1)
+    );
 }
 
 #[test]
@@ -202,7 +211,7 @@ fn vague_parameter_stays_where_its_return_would_cost() {
     let at: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i)).collect();
     let of: fn(&[f64], f64) -> f64 = |p, t| 0.1 * p[0] * (7.0 * t).sin();
     let fit = |truth: f64| {
-        let parameters = [parameter("wave", 0.05, 0.0, 1.3, Scale::Linear)];
+        let parameters = [parameter("wave", 0.05, 0.0, 1.3, ParameterScale::Linear)];
         // Noise of 0.2 that no wave explains: a standard error of 0.2 / √20 / 0.1 = 0.45, more than the 0.29 of the range
         // that a number drawn evenly from it has.
         let noise = |i: usize| if i.is_multiple_of(2) { 0.2 } else { -0.2 };
@@ -211,9 +220,13 @@ fn vague_parameter_stays_where_its_return_would_cost() {
     };
     // (1.1 / 0.45)² = 6 variances, and (0.25 / 0.45)² = 0.3.
     let (large, small) = (fit(1.15), fit(0.3));
-    assert_eq!(large.standing, Standing::Vague, "{large:?}");
+    assert_eq!(large.standing, Identifiability::Vague, "{large:?}");
     assert!((large.value - 1.15).abs() < 0.1, "{large:?}");
-    assert_eq!((small.standing.clone(), small.value), (Standing::Undetermined(vec![]), 0.05), "{small:?}");
+    assert_eq!(
+        (small.standing.clone(), small.value),
+        (Identifiability::Undetermined(vec![]), 0.05),
+        "{small:?}"
+    );
 }
 
 /// Residuals that have no value beyond a wall.
@@ -237,7 +250,7 @@ impl Failure for Refusal {
 
 #[test]
 fn search_turns_back_where_the_residuals_have_no_value() {
-    let parameters = [parameter("height", 0.5, 0.0, 10.0, Scale::Linear)];
+    let parameters = [parameter("height", 0.5, 0.0, 10.0, ParameterScale::Linear)];
     let options =
         Options { huber: None, smallest_effect: 1e-9, n_nuisance: 0, tolerance: TOLERANCE, watch: WATCH };
     let residuals = |p: &[f64]| match p[0] < 3.0 {
@@ -272,7 +285,7 @@ fn global(method: GlobalMethod, seed: u64) -> GlobalOptions<'static> {
 
 #[test]
 fn global_searches_find_the_one_minimum_among_hundreds() {
-    let parameters = ["x", "y"].map(|name| parameter(name, 4.0, -5.0, 5.0, Scale::Linear));
+    let parameters = ["x", "y"].map(|name| parameter(name, 4.0, -5.0, 5.0, ParameterScale::Linear));
     for method in [GlobalMethod::EVOLUTION, GlobalMethod::SWARM, GlobalMethod::SWARMS] {
         // By luck of the draw a population may end elsewhere: most must not.
         let found = (1..=10)
@@ -288,8 +301,10 @@ fn global_searches_find_the_one_minimum_among_hundreds() {
 
 #[test]
 fn same_seed_gives_the_same_search_on_any_number_of_threads() {
-    let parameters =
-        [parameter("x", 1.0, 0.1, 10.0, Scale::Logarithmic), parameter("y", 0.0, -1.0, 1.0, Scale::Linear)];
+    let parameters = [
+        parameter("x", 1.0, 0.1, 10.0, ParameterScale::Logarithmic),
+        parameter("y", 0.0, -1.0, 1.0, ParameterScale::Linear),
+    ];
     let search = |threads: usize, method| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let options = global(method, 3);
@@ -304,7 +319,7 @@ fn same_seed_gives_the_same_search_on_any_number_of_threads() {
 
 #[test]
 fn cost_without_value_is_passed_over_and_an_error_ends_the_search() {
-    let parameters = [parameter("x", 1.0, -10.0, 10.0, Scale::Linear)];
+    let parameters = [parameter("x", 1.0, -10.0, 10.0, ParameterScale::Linear)];
     let options = global(GlobalMethod::EVOLUTION, 1);
     let walled = |p: &[f64]| if p[0] < 1.0 { Err(Refusal::Wall) } else { Ok(p[0]) };
     let found = search_globally(&parameters, &options, walled).unwrap();
@@ -319,7 +334,7 @@ fn cost_without_value_is_passed_over_and_an_error_ends_the_search() {
 
 #[test]
 fn a_cost_without_a_value_anywhere_is_infinite() {
-    let parameters = [parameter("x", 0.5, 0.0, 1.0, Scale::Linear)];
+    let parameters = [parameter("x", 0.5, 0.0, 1.0, ParameterScale::Linear)];
     for method in [GlobalMethod::EVOLUTION, GlobalMethod::SWARM, GlobalMethod::SWARMS] {
         for nowhere in [f64::INFINITY, f64::NAN] {
             let found =

@@ -5,7 +5,7 @@ use hysteron_base::lanes::{Isa, Simd, WithSimd};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Real, Result};
+use crate::{Error, Float, Result};
 
 /// How the weights' decay acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -106,14 +106,14 @@ impl Adam {
     }
 
     /// Factors of update `step`, from 1, whose gradient is scaled by `scale`.
-    pub(crate) fn factors(&self, step: u64, scale: f64) -> Factors {
+    pub(crate) fn factors(&self, step: u64, scale: f64) -> AdamFactors {
         let step = i32::try_from(step).unwrap_or(i32::MAX);
         let unbias = |beta: f64| 1.0 - beta.powi(step);
         let (decay, decoupled) = match self.penalty {
             Penalty::Coupled => (self.weight_decay, 0.0),
             Penalty::Decoupled => (0.0, self.learning_rate * self.weight_decay),
         };
-        Factors {
+        AdamFactors {
             scale,
             decay,
             kept: 1.0 - decoupled,
@@ -126,7 +126,7 @@ impl Adam {
     }
 
     /// Moves `weights` by the gradient times `scale`, on all threads; `step` counts from 1.
-    pub(crate) fn update<T: Real>(
+    pub(crate) fn update<T: Float>(
         &self,
         step: u64,
         scale: f64,
@@ -138,7 +138,7 @@ impl Adam {
         let moments = moments.mean.par_chunks_mut(CHUNK).zip(moments.square.par_chunks_mut(CHUNK));
         let weights = weights.par_chunks_mut(CHUNK).zip(gradient.par_chunks(CHUNK));
         weights.zip(moments).for_each(|((weights, gradient), (mean, square))| {
-            isa.run(Step { factors, gradient, weights, mean, square });
+            isa.run(AdamStep { factors, gradient, weights, mean, square });
         });
     }
 }
@@ -146,21 +146,21 @@ impl Adam {
 /// Parameters that a thread takes at once.
 pub(super) const CHUNK: usize = 4096;
 
-/// [`Factors`] on some parameters.
-struct Step<'a, T> {
-    factors: Factors,
+/// [`AdamFactors`] on some parameters.
+struct AdamStep<'a, T> {
+    factors: AdamFactors,
     gradient: &'a [T],
     weights: &'a mut [T],
     mean: &'a mut [T],
     square: &'a mut [T],
 }
 
-impl<T: Real> WithSimd for Step<'_, T> {
+impl<T: Float> WithSimd for AdamStep<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Factors { scale, decay, kept, rate, per_root, epsilon, mean, square } = self.factors;
+        let AdamFactors { scale, decay, kept, rate, per_root, epsilon, mean, square } = self.factors;
         let [scale, decay, kept, rate, per_root, epsilon] =
             [scale, decay, kept, rate, per_root, epsilon].map(T::of);
         let [b1, b2] = [mean, square].map(|part| part.map(T::of));
@@ -176,7 +176,7 @@ impl<T: Real> WithSimd for Step<'_, T> {
 }
 
 /// The sum of the squares of all numbers, on all threads; the same bits on any number of them.
-pub(super) fn sum_of_squares<T: Real>(values: &[T]) -> f64 {
+pub(super) fn sum_of_squares<T: Float>(values: &[T]) -> f64 {
     let isa = Isa::detect();
     let parts: Vec<f64> = values.par_chunks(CHUNK).map(|values| isa.run(SquaresOf(values))).collect();
     parts.iter().sum()
@@ -184,7 +184,7 @@ pub(super) fn sum_of_squares<T: Real>(values: &[T]) -> f64 {
 
 struct SquaresOf<'a, T>(&'a [T]);
 
-impl<T: Real> WithSimd for SquaresOf<'_, T> {
+impl<T: Float> WithSimd for SquaresOf<'_, T> {
     type Output = f64;
 
     #[inline(always)]
@@ -204,7 +204,7 @@ impl<T: Real> WithSimd for SquaresOf<'_, T> {
 
 /// An update: with g ← scale g + decay w, m ← mean·(m, g) and v ← square·(v, g²), w ← kept w − rate m/(√v per_root + epsilon).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Factors {
+pub(crate) struct AdamFactors {
     pub scale: f64,
     pub decay: f64,
     pub kept: f64,
@@ -224,7 +224,7 @@ pub(crate) struct Moments<T> {
     pub square: Vec<T>,
 }
 
-impl<T: Real> Moments<T> {
+impl<T: Float> Moments<T> {
     pub fn zeros(len: usize) -> Self {
         Self { mean: vec![T::default(); len], square: vec![T::default(); len] }
     }

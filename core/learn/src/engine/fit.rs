@@ -6,7 +6,7 @@ use std::path::Path;
 use hysteron_base::BadInput;
 use serde_json::Value;
 
-use crate::{Error, Model, Schedule, Training};
+use crate::{Error, Schedule, TrainableModel, Training};
 
 /// Progress of a training after an epoch; errors in the unit of the task.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,7 +25,7 @@ pub struct Epoch {
 
 /// Progress of a training: an update or an epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Progress {
+pub enum TrainingProgress {
     /// An update of the weights.
     Step {
         /// Epochs done.
@@ -40,15 +40,15 @@ pub enum Progress {
 }
 
 /// Where a training stands between runs, and who gets its reports.
-pub struct Session<'a> {
+pub struct TrainingSession<'a> {
     /// File to go on from, written after every epoch; none for no file.
     pub file: Option<&'a Path>,
     /// Gets the progress; ends the training where it returns false. A part of an epoch is then lost.
-    pub progress: &'a mut dyn FnMut(&Progress) -> bool,
+    pub progress: &'a mut dyn FnMut(&TrainingProgress) -> bool,
 }
 
 /// A training task: data, batches and loss.
-pub trait Task<M: Model> {
+pub trait TrainingTask<M: TrainableModel> {
     /// Errors of the task.
     type Error: From<Error>;
 
@@ -97,11 +97,11 @@ pub struct FitResult<M> {
 ///
 /// # Errors
 /// Those of the task; a file that is damaged, or of another training; [`Error::NothingTrained`].
-pub fn fit<M: Model, T: Task<M> + ?Sized>(
+pub fn fit<M: TrainableModel, T: TrainingTask<M> + ?Sized>(
     task: &mut T,
     model: M,
     identity: &Value,
-    session: &mut Session<'_>,
+    session: &mut TrainingSession<'_>,
 ) -> Result<FitResult<M>, T::Error> {
     let schedule = task.schedule();
     let mut training = match session.file.filter(|path| path.exists()) {
@@ -121,7 +121,7 @@ pub fn fit<M: Model, T: Task<M> + ?Sized>(
     while !is_finished {
         let epoch = training.epochs();
         training.set_learning_rate(schedule.learning_rate(epoch));
-        let mut on_step = |done, of| (session.progress)(&Progress::Step { epoch, done, of });
+        let mut on_step = |done, of| (session.progress)(&TrainingProgress::Step { epoch, done, of });
         let Some(loss) = task.epoch(&mut training, &mut on_step)? else { break };
         let validation = task.validate(training.evaluated())?;
         training.end_epoch(loss.sqrt(), validation);
@@ -132,7 +132,7 @@ pub fn fit<M: Model, T: Task<M> + ?Sized>(
         let report =
             Epoch { number: epoch + 1, of: schedule.epochs, training: loss.sqrt(), validation, best };
         is_finished = is_over(&training);
-        if !(session.progress)(&Progress::Epoch(report)) {
+        if !(session.progress)(&TrainingProgress::Epoch(report)) {
             break;
         }
     }
@@ -140,7 +140,7 @@ pub fn fit<M: Model, T: Task<M> + ?Sized>(
     Ok(FitResult { model: model.clone(), epochs, validation, curve: training.curve().to_vec(), is_finished })
 }
 
-fn resumed<M: Model>(path: &Path, model: &M, identity: &Value) -> crate::Result<Training<M>> {
+fn resumed<M: TrainableModel>(path: &Path, model: &M, identity: &Value) -> crate::Result<Training<M>> {
     Ok(Training::load_if(path, model, |found| check_identity(found, identity))?.0)
 }
 

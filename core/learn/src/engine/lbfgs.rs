@@ -41,7 +41,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// A step and what it did to the gradient.
-struct Pair {
+struct CurvaturePair {
     step: Vec<f64>,
     change: Vec<f64>,
     /// 1 / (step · change), positive by the Wolfe conditions.
@@ -59,7 +59,7 @@ impl Lbfgs {
     ) -> (f64, Ending) {
         let mut gradient = vec![0.0; x.len()];
         let mut value = function(x, &mut gradient);
-        let mut pairs: VecDeque<Pair> = VecDeque::new();
+        let mut pairs: VecDeque<CurvaturePair> = VecDeque::new();
         for iteration in 1..=self.iterations {
             if gradient.iter().all(|g| g.abs() <= self.gradient_tolerance) {
                 return (value, Ending::Converged);
@@ -86,7 +86,7 @@ impl Lbfgs {
                 found.gradient.iter().zip(&gradient).map(|(after, before)| after - before).collect();
             let curvature = dot(&step, &change);
             if curvature > f64::EPSILON * dot(&change, &change) {
-                pairs.push_back(Pair { step, change, rho: 1.0 / curvature });
+                pairs.push_back(CurvaturePair { step, change, rho: 1.0 / curvature });
             }
             if pairs.len() > self.memory {
                 pairs.pop_front();
@@ -101,7 +101,7 @@ impl Lbfgs {
 }
 
 /// −H g by the two loops.
-fn descent(gradient: &[f64], pairs: &VecDeque<Pair>) -> Vec<f64> {
+fn descent(gradient: &[f64], pairs: &VecDeque<CurvaturePair>) -> Vec<f64> {
     let mut r: Vec<f64> = gradient.iter().map(|g| -g).collect();
     let mut alphas = Vec::with_capacity(pairs.len());
     for pair in pairs.iter().rev() {
@@ -126,7 +126,7 @@ fn add(sum: &mut [f64], factor: f64, values: &[f64]) {
     }
 }
 
-struct Trial {
+struct LineSearchTrial {
     x: Vec<f64>,
     value: f64,
     gradient: Vec<f64>,
@@ -139,11 +139,11 @@ fn line_search(
     [value, slope]: [f64; 2],
     direction: &[f64],
     first: f64,
-) -> Option<Trial> {
+) -> Option<LineSearchTrial> {
     let (mut low, mut high, mut length) = (0.0, f64::INFINITY, first);
-    let mut best: Option<Trial> = None;
+    let mut best: Option<LineSearchTrial> = None;
     for _ in 0..MAX_TRIALS {
-        let mut trial = Trial { x: x.to_vec(), value: 0.0, gradient: vec![0.0; x.len()] };
+        let mut trial = LineSearchTrial { x: x.to_vec(), value: 0.0, gradient: vec![0.0; x.len()] };
         add(&mut trial.x, length, direction);
         trial.value = function(&trial.x, &mut trial.gradient);
         // A value that is not a number does not decrease.

@@ -4,7 +4,9 @@ use hysteron_base::rng;
 use rand::RngExt;
 use serde_json::Value;
 
-use crate::{FitResult, ParameterVector, Real, Result, Schedule, Session, Task, Training, fit};
+use crate::{
+    FitResult, Float, ParameterVector, Result, Schedule, Training, TrainingSession, TrainingTask, fit,
+};
 
 /// A mean over training samples that is to be minimised.
 pub trait Objective<T>: Send {
@@ -32,20 +34,20 @@ struct Minibatches<'a, T> {
 ///
 /// # Errors
 /// As [`fit`].
-pub fn minimise<T: Real>(
+pub fn minimise<T: Float>(
     objective: &mut dyn Objective<T>,
     parameters: Vec<T>,
     (seed, batch): (u64, usize),
     schedule: &Schedule,
     identity: &Value,
-    session: &mut Session<'_>,
+    session: &mut TrainingSession<'_>,
 ) -> Result<FitResult<ParameterVector<T>>> {
     let gradient = [vec![T::default(); parameters.len()]];
     let mut task = Minibatches { objective, schedule, seed, batch, gradient };
     fit(&mut task, ParameterVector::new(parameters), identity, session)
 }
 
-impl<T: Real> Task<ParameterVector<T>> for Minibatches<'_, T> {
+impl<T: Float> TrainingTask<ParameterVector<T>> for Minibatches<'_, T> {
     type Error = crate::Error;
 
     fn schedule(&self) -> Schedule {
@@ -99,7 +101,7 @@ mod tests {
     use hysteron_base::json;
 
     use super::*;
-    use crate::{Adam, Decay, Progress};
+    use crate::{Adam, Decay, TrainingProgress};
 
     /// y = p₀ + p₁ x with samples of p = (1, −2).
     struct Line;
@@ -131,13 +133,20 @@ mod tests {
     fn train(
         epochs: usize,
         file: Option<&Path>,
-        progress: &mut dyn FnMut(&Progress) -> bool,
+        progress: &mut dyn FnMut(&TrainingProgress) -> bool,
     ) -> Result<FitResult<ParameterVector<f64>>> {
         let adam = Adam { learning_rate: 0.1, ..Adam::default() };
         let decay = Decay::Step { epochs: 20, factor: 0.5 };
         let schedule = Schedule { epochs, patience: epochs, adam, decay, ema: Some(0.5) };
         let identity = json!({ "data": "line" });
-        minimise(&mut Line, vec![0.0, 0.0], (3, 7), &schedule, &identity, &mut Session { file, progress })
+        minimise(
+            &mut Line,
+            vec![0.0, 0.0],
+            (3, 7),
+            &schedule,
+            &identity,
+            &mut TrainingSession { file, progress },
+        )
     }
 
     #[test]
@@ -151,7 +160,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("state");
         let whole = train(30, None, &mut |_| true).unwrap();
-        let mut stop = |p: &Progress| !matches!(p, Progress::Epoch(epoch) if epoch.number == 11);
+        let mut stop =
+            |p: &TrainingProgress| !matches!(p, TrainingProgress::Epoch(epoch) if epoch.number == 11);
         assert!(!train(30, Some(&path), &mut stop).unwrap().is_finished);
         assert_eq!(train(30, Some(&path), &mut |_| true).unwrap(), whole);
     }
@@ -169,7 +179,7 @@ mod tests {
                 decay: Decay::Cosine,
                 ema: Some(0.5),
             };
-            let mut session = Session { file: Some(&path), progress: &mut |_| true };
+            let mut session = TrainingSession { file: Some(&path), progress: &mut |_| true };
             let identity = json!({ "data": data });
             let found = minimise(&mut Line, parameters, (3, 7), &schedule, &identity, &mut session);
             found.unwrap_err().to_string()

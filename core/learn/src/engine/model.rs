@@ -3,7 +3,7 @@
 use hysteron_base::json;
 use serde_json::Value;
 
-use crate::Real;
+use crate::Float;
 
 /// A named array within a vector of parameters.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -32,10 +32,10 @@ impl TensorShape {
 }
 
 /// A model of some family: the engine updates, averages, keeps and saves its parameters and asks no more of it. What a
-/// batch is and how the gradient comes about is the [`crate::Task`]'s.
-pub trait Model: Clone {
+/// batch is and how the gradient comes about is the [`crate::TrainingTask`]'s.
+pub trait TrainableModel: Clone {
     /// Number type of the parameters.
-    type Value: Real;
+    type Value: Float;
 
     /// The family, as files name it.
     const FAMILY: &'static str;
@@ -75,7 +75,7 @@ impl<T> ParameterVector<T> {
     }
 }
 
-impl<T: Real> Model for ParameterVector<T> {
+impl<T: Float> TrainableModel for ParameterVector<T> {
     type Value = T;
 
     const FAMILY: &'static str = "vector";

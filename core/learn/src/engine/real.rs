@@ -58,7 +58,7 @@ registers!(f64, f64s, as_simd_f64s, as_mut_simd_f64s, splat_f64s, mul_add_f64s);
 ///
 /// The elementary functions are written without branches and tables, so that a loop over them becomes vector code; they
 /// are the same operations on every instruction set.
-pub trait Real:
+pub trait Float:
     Field
     + Registers
     + Copy
@@ -98,7 +98,7 @@ pub trait Real:
 
 /// Horner's rule, highest power first.
 #[inline(always)]
-fn polynomial<T: Real, const N: usize>(coefficients: &[f64; N], x: T) -> T {
+fn polynomial<T: Float, const N: usize>(coefficients: &[f64; N], x: T) -> T {
     let mut sum = T::of(coefficients[0]);
     for c in &coefficients[1..] {
         sum = sum * x + T::of(*c);
@@ -130,7 +130,7 @@ const fn odd_inverses<const N: usize>() -> [f64; N] {
 
 macro_rules! real {
     ($t:ty, $bits:ty, $magic:expr, $mantissa:expr, $limit:expr, $high:expr, $low:expr, $exp:expr, $log:expr) => {
-        impl Real for $t {
+        impl Float for $t {
             #[inline(always)]
             fn of(value: f64) -> Self {
                 value as Self
@@ -206,7 +206,7 @@ mod tests {
     use super::*;
 
     /// Largest relative error of `found` against `exact`, in units in the last place of `T`.
-    fn worst<T: Real>(unit: f64, range: [f64; 2], found: fn(T) -> T, exact: fn(f64) -> f64) -> f64 {
+    fn worst<T: Float>(unit: f64, range: [f64; 2], found: fn(T) -> T, exact: fn(f64) -> f64) -> f64 {
         let n = 20_001;
         (0..n)
             .map(|i| {
@@ -219,9 +219,9 @@ mod tests {
 
     #[test]
     fn exponentials_and_logarithms_are_those_of_the_standard_library() {
-        assert!(worst::<f32>(f32::EPSILON.into(), [-86.0, 86.0], Real::exponential, f64::exp) < 2.0);
-        assert!(worst::<f64>(f64::EPSILON, [-700.0, 700.0], Real::exponential, f64::exp) < 3.0);
-        assert!(worst::<f32>(f32::EPSILON.into(), [0.0, 1.0], Real::log_one_plus, f64::ln_1p) < 4.0);
-        assert!(worst::<f64>(f64::EPSILON, [0.0, 1.0], Real::log_one_plus, f64::ln_1p) < 4.0);
+        assert!(worst::<f32>(f32::EPSILON.into(), [-86.0, 86.0], Float::exponential, f64::exp) < 2.0);
+        assert!(worst::<f64>(f64::EPSILON, [-700.0, 700.0], Float::exponential, f64::exp) < 3.0);
+        assert!(worst::<f32>(f32::EPSILON.into(), [0.0, 1.0], Float::log_one_plus, f64::ln_1p) < 4.0);
+        assert!(worst::<f64>(f64::EPSILON, [0.0, 1.0], Float::log_one_plus, f64::ln_1p) < 4.0);
     }
 }

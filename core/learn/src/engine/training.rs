@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::engine::adam::{CHUNK, Moments, sum_of_squares};
 use crate::files::TensorFile;
-use crate::{Adam, Model, Real, Result};
+use crate::{Adam, Float, Result, TrainableModel};
 
 const FORMAT: &str = "hysteron-training";
 const VERSION: u64 = 2;
@@ -20,7 +20,7 @@ const VERSION: u64 = 2;
 /// The weights that are evaluated and kept are an exponential moving average of those of the optimiser, or the optimiser's own
 /// where none is asked for.
 #[derive(Debug)]
-pub struct Training<M: Model> {
+pub struct Training<M: TrainableModel> {
     model: M,
     adam: Adam,
     /// Updates done.
@@ -56,7 +56,7 @@ struct Record {
     curve: Vec<[f64; 2]>,
 }
 
-impl<M: Model> Training<M> {
+impl<M: TrainableModel> Training<M> {
     /// Before the first update. `ema` is the part of the exponential moving average of the weights that each update
     /// replaces, in (0, 1]; none for no average.
     ///
@@ -107,7 +107,7 @@ impl<M: Model> Training<M> {
         let Self { model, adam, steps, moments, average, record, .. } = self;
         let gradients: Vec<&[M::Value]> = gradients.iter().map(AsRef::as_ref).collect();
         let parameters = model.parameters_mut();
-        let average = average.as_mut().map(Model::parameters_mut).zip(record.ema);
+        let average = average.as_mut().map(TrainableModel::parameters_mut).zip(record.ema);
         // As one task of the pool, for the same reason as in `minimise`.
         rayon::scope(|_| {
             let norm = gradients.iter().map(|values| sum_of_squares(values)).sum::<f64>().sqrt();
@@ -271,7 +271,7 @@ impl<M: Model> Training<M> {
 ///
 /// # Reference
 /// Polyak, Juditsky (1992), Acceleration of stochastic approximation by averaging.
-fn move_towards<T: Real>(average: &mut [Vec<T>], parameters: &[Vec<T>], part: f32) {
+fn move_towards<T: Float>(average: &mut [Vec<T>], parameters: &[Vec<T>], part: f32) {
     let part = T::of(f64::from(part));
     for (own, other) in average.iter_mut().zip(parameters) {
         own.par_chunks_mut(CHUNK).zip(other.par_chunks(CHUNK)).for_each(|(own, other)| {

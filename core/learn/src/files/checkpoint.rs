@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::TensorFile;
 use super::tensor_file::check_numbers;
-use crate::{Model, Network, Normaliser, Result};
+use crate::{Network, Normaliser, Result, TrainableModel};
 
 const FORMAT: &str = "hysteron-checkpoint";
 const VERSION: u64 = 1;

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::TensorFile;
 use super::tensor_file::check_numbers;
-use crate::{Model, ParameterVector, Result, TensorShape};
+use crate::{ParameterVector, Result, TensorShape, TrainableModel};
 
 const FORMAT: &str = "hysteron-parameters";
 const VERSION: u64 = 1;

@@ -12,7 +12,7 @@ use safetensors::{Dtype, SafeTensors};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
-use crate::{Real, Result, TensorShape};
+use crate::{Float, Result, TensorShape};
 
 /// Stands for the checksum while it is computed.
 const NO_CHECKSUM: &str = "0000000000000000000000000000000000000000000000000000000000000000";
@@ -26,7 +26,7 @@ const MAX_NUMBER: f64 = 1e12;
 
 /// Numbers of a tensor, as they were stored.
 #[derive(Debug, Clone)]
-enum Numbers {
+enum TensorNumbers {
     Single(Vec<f32>),
     Double(Vec<f64>),
 }
@@ -35,7 +35,7 @@ enum Numbers {
 #[derive(Debug, Default)]
 pub(crate) struct TensorFile {
     metadata: BTreeMap<String, Value>,
-    tensors: BTreeMap<String, (Vec<usize>, Numbers)>,
+    tensors: BTreeMap<String, (Vec<usize>, TensorNumbers)>,
 }
 
 impl TensorFile {
@@ -44,7 +44,7 @@ impl TensorFile {
     }
 
     /// Puts vectors of parameters, each as the tensors that it consists of, with a prefix to their names.
-    pub fn put_tensors<'a, T: Real>(
+    pub fn put_tensors<'a, T: Float>(
         &mut self,
         prefix: &str,
         tensors: &[Vec<TensorShape>],
@@ -56,9 +56,9 @@ impl TensorFile {
                 let (values, after) = rest.split_at(tensor.len());
                 rest = after;
                 let numbers = if size_of::<T>() == size_of::<f32>() {
-                    Numbers::Single(values.iter().map(|v| v.to_f64() as f32).collect())
+                    TensorNumbers::Single(values.iter().map(|v| v.to_f64() as f32).collect())
                 } else {
-                    Numbers::Double(values.iter().map(|v| v.to_f64()).collect())
+                    TensorNumbers::Double(values.iter().map(|v| v.to_f64()).collect())
                 };
                 self.tensors.insert(format!("{prefix}{}", tensor.name), (tensor.shape.clone(), numbers));
             }
@@ -78,7 +78,7 @@ impl TensorFile {
     ///
     /// # Errors
     /// As there, and for a weight above the accepted maximum.
-    pub fn take_weights<T: Real>(
+    pub fn take_weights<T: Float>(
         &mut self,
         tensors: &[Vec<TensorShape>],
     ) -> std::result::Result<Vec<Vec<T>>, BadInput> {
@@ -101,7 +101,7 @@ impl TensorFile {
     ///
     /// # Errors
     /// If a tensor is missing, of another shape or precision, or holds a number that is not finite.
-    pub fn take_tensors<T: Real>(
+    pub fn take_tensors<T: Float>(
         &mut self,
         prefix: &str,
         tensors: &[Vec<TensorShape>],
@@ -117,7 +117,7 @@ impl TensorFile {
         Ok(vectors)
     }
 
-    fn take_tensor<T: Real>(
+    fn take_tensor<T: Float>(
         &mut self,
         name: String,
         shape: &[usize],
@@ -127,10 +127,10 @@ impl TensorFile {
             Some((found, _)) if found != shape => {
                 return Err(BadInput::new(name, format!("the shape {shape:?}"), format!("{found:?}")));
             }
-            Some((_, Numbers::Single(values))) if size_of::<T>() == size_of::<f32>() => {
+            Some((_, TensorNumbers::Single(values))) if size_of::<T>() == size_of::<f32>() => {
                 values.into_iter().map(|v| T::of(f64::from(v))).collect()
             }
-            Some((_, Numbers::Double(values))) if size_of::<T>() == size_of::<f64>() => {
+            Some((_, TensorNumbers::Double(values))) if size_of::<T>() == size_of::<f64>() => {
                 values.into_iter().map(T::of).collect()
             }
             Some(_) => {
@@ -161,11 +161,11 @@ impl TensorFile {
         for (name, (shape, numbers)) in &self.tensors {
             let from = data.len();
             let dtype = match numbers {
-                Numbers::Single(values) => {
+                TensorNumbers::Single(values) => {
                     data.extend(values.iter().flat_map(|v| v.to_le_bytes()));
                     "F32"
                 }
-                Numbers::Double(values) => {
+                TensorNumbers::Double(values) => {
                     data.extend(values.iter().flat_map(|v| v.to_le_bytes()));
                     "F64"
                 }
@@ -219,10 +219,10 @@ impl TensorFile {
         }
         for (name, tensor) in content.iter() {
             let numbers = match tensor.dtype() {
-                Dtype::F32 => Numbers::Single(
+                Dtype::F32 => TensorNumbers::Single(
                     tensor.data().as_chunks().0.iter().map(|v| f32::from_le_bytes(*v)).collect(),
                 ),
-                Dtype::F64 => Numbers::Double(
+                Dtype::F64 => TensorNumbers::Double(
                     tensor.data().as_chunks().0.iter().map(|v| f64::from_le_bytes(*v)).collect(),
                 ),
                 _ => return Err(BadInput::new(name, "numbers of 32 or 64 bits (F32, F64)", "another kind")),
@@ -291,10 +291,17 @@ mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
     use super::*;
-    use crate::{Architecture, Head, Model, Network};
+    use crate::{Architecture, HeadActivation, Network, TrainableModel};
 
     fn architecture() -> Architecture {
-        Architecture { inputs: 1, hidden: 2, layers: 1, outputs: 1, head: Head::Linear, dropout: 0.0 }
+        Architecture {
+            inputs: 1,
+            hidden: 2,
+            layers: 1,
+            outputs: 1,
+            head: HeadActivation::Linear,
+            dropout: 0.0,
+        }
     }
 
     /// A file with these tensors, read back and taken as a network.
@@ -318,19 +325,19 @@ mod tests {
         let found = network_of(|file| file.tensors.get_mut("lstm.weight_ih_l0").unwrap().0 = vec![1, 8]);
         assert_eq!(found, "lstm.weight_ih_l0: expected the shape [8, 1], got [1, 8]");
         let found = network_of(|file| {
-            file.tensors.get_mut("lstm.bias_l0").unwrap().1 = Numbers::Single(vec![f32::NAN; 8]);
+            file.tensors.get_mut("lstm.bias_l0").unwrap().1 = TensorNumbers::Single(vec![f32::NAN; 8]);
         });
         assert_eq!(found, "lstm.bias_l0: expected finite weights, got NaN");
         let found = network_of(|file| {
-            file.tensors.get_mut("lstm.bias_l0").unwrap().1 = Numbers::Double(vec![0.0; 8]);
+            file.tensors.get_mut("lstm.bias_l0").unwrap().1 = TensorNumbers::Double(vec![0.0; 8]);
         });
         assert_eq!(found, "lstm.bias_l0: expected numbers of 32 bits, got others");
         let found = network_of(|file| {
-            file.tensors.get_mut("lstm.bias_l0").unwrap().1 = Numbers::Single(vec![1e6; 8]);
+            file.tensors.get_mut("lstm.bias_l0").unwrap().1 = TensorNumbers::Single(vec![1e6; 8]);
         });
         assert_eq!(found, "the same: false");
         let found = network_of(|file| {
-            file.tensors.get_mut("head.bias").unwrap().1 = Numbers::Single(vec![-1.1e6]);
+            file.tensors.get_mut("head.bias").unwrap().1 = TensorNumbers::Single(vec![-1.1e6]);
         });
         assert!(found.starts_with("head.bias: expected weights between -1e6 and 1e6, got one of size 1.1e6"));
     }

@@ -13,14 +13,14 @@ const LARGEST: usize = 1 << 20;
 /// Activation of the head, after its linear map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Head {
+pub enum HeadActivation {
     /// Nothing.
     Linear,
     /// tanh, so that outputs stay in (-1, 1).
     Tanh,
 }
 
-impl Head {
+impl HeadActivation {
     /// Name as in a checkpoint.
     pub fn name(self) -> &'static str {
         match self {
@@ -43,7 +43,7 @@ pub struct Architecture {
     /// Channels that leave the head.
     pub outputs: usize,
     /// Activation of the head.
-    pub head: Head,
+    pub head: HeadActivation,
     /// Probability p that a value between two layers is zero while training; the others grow by 1/(1 - p).
     pub dropout: f64,
 }

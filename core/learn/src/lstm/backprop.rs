@@ -4,8 +4,8 @@ use hysteron_base::rng;
 use rand::RngExt;
 
 use super::graph::Graph;
-use crate::on_device::{Gradients, OnDevice, Weights};
-use crate::{Architecture, Batch, Error, Memory, Model, Network, Result, Training};
+use crate::on_device::{DeviceGradients, DeviceWeights, OnDevice};
+use crate::{Architecture, Error, Memory, Network, Result, SequenceBatch, TrainableModel, Training};
 
 /// Graph and scratch of passes of networks of one architecture, reused from batch to batch. Runs on the
 /// processor, or with the feature `cuda` on the first NVIDIA card there is.
@@ -64,11 +64,16 @@ impl Backprop {
     }
 
     /// The outputs for a batch, without dropout: [step][row][channel], or [row][channel] for
-    /// [`crate::Outputs::Last`]. `memory` goes on.
+    /// [`crate::HeadOutputs::Last`]. `memory` goes on.
     ///
     /// # Errors
     /// `BadInput` if batch or memory do not fit the network or an input is not finite.
-    pub fn predict(&self, network: &Network, batch: &Batch<'_>, memory: &mut Memory) -> Result<Vec<f32>> {
+    pub fn predict(
+        &self,
+        network: &Network,
+        batch: &SequenceBatch<'_>,
+        memory: &mut Memory,
+    ) -> Result<Vec<f32>> {
         self.place(network)?.predict(batch, memory)
     }
 
@@ -76,13 +81,13 @@ impl Backprop {
     ///
     /// # Errors
     /// `Tensors` if a card refuses.
-    pub fn place<'a>(&'a self, network: &'a Network) -> Result<Placed<'a>> {
+    pub fn place<'a>(&'a self, network: &'a Network) -> Result<PlacedNetwork<'a>> {
         let weights = self.weights(network)?;
-        Ok(Placed { graph: &self.graph, architecture: network.architecture(), weights })
+        Ok(PlacedNetwork { graph: &self.graph, architecture: network.architecture(), weights })
     }
 
-    fn weights(&self, network: &Network) -> Result<Weights> {
-        Ok(Weights::new(self.graph.device(), network.parameters())?)
+    fn weights(&self, network: &Network) -> Result<DeviceWeights> {
+        Ok(DeviceWeights::new(self.graph.device(), network.parameters())?)
     }
 
     /// For many updates of a training; on a card, weights, moments and moving average stay there until [`Updates::finish`].
@@ -108,7 +113,7 @@ impl Backprop {
     pub fn update(
         &self,
         training: &mut Training<Network>,
-        batch: &Batch<'_>,
+        batch: &SequenceBatch<'_>,
         memory: &mut Memory,
         loss: impl FnOnce(&[f32], &mut [f32]) -> f64,
     ) -> Result<f64> {
@@ -126,7 +131,7 @@ impl Backprop {
         &self,
         network: &Network,
         step: u64,
-        batch: &Batch<'_>,
+        batch: &SequenceBatch<'_>,
         memory: &mut Memory,
         loss: impl FnOnce(&[f32], &mut [f32]) -> f64,
     ) -> Result<(f64, Vec<Vec<f32>>)> {
@@ -139,12 +144,12 @@ impl Backprop {
     /// As [`Self::gradient`], where passes are computed.
     fn gradient_at(
         &self,
-        (architecture, weights): (&Architecture, &Weights),
+        (architecture, weights): (&Architecture, &DeviceWeights),
         step: u64,
-        batch: &Batch<'_>,
+        batch: &SequenceBatch<'_>,
         memory: &mut Memory,
         loss: impl FnOnce(&[f32], &mut [f32]) -> f64,
-    ) -> Result<(f64, Gradients)> {
+    ) -> Result<(f64, DeviceGradients)> {
         batch.check(architecture, memory)?;
         let masks = self.masks(architecture, batch, step);
         let pass = self.graph.forward((architecture, weights), batch, memory, &masks)?;
@@ -159,7 +164,7 @@ impl Backprop {
 
     /// Dropout factors on the sequences between layers in this step: 0 or 1/(1 - p); (layers - 1) × (steps ·
     /// rows · hidden).
-    fn masks(&self, architecture: &Architecture, batch: &Batch<'_>, step: u64) -> Vec<Vec<f32>> {
+    fn masks(&self, architecture: &Architecture, batch: &SequenceBatch<'_>, step: u64) -> Vec<Vec<f32>> {
         let Architecture { hidden, layers, dropout, .. } = *architecture;
         if dropout == 0.0 {
             return Vec::new();
@@ -174,18 +179,18 @@ impl Backprop {
 
 /// A network whose weights are where passes are computed.
 #[derive(Debug)]
-pub struct Placed<'a> {
+pub struct PlacedNetwork<'a> {
     graph: &'a Graph,
     architecture: &'a Architecture,
-    weights: Weights,
+    weights: DeviceWeights,
 }
 
-impl Placed<'_> {
+impl PlacedNetwork<'_> {
     /// See [`Backprop::predict`].
     ///
     /// # Errors
     /// As there.
-    pub fn predict(&self, batch: &Batch<'_>, memory: &mut Memory) -> Result<Vec<f32>> {
+    pub fn predict(&self, batch: &SequenceBatch<'_>, memory: &mut Memory) -> Result<Vec<f32>> {
         batch.check(self.architecture, memory)?;
         Ok(self.graph.forward((self.architecture, &self.weights), batch, memory, &[])?.outputs()?)
     }
@@ -206,7 +211,7 @@ impl Updates<'_> {
     /// As there.
     pub fn step(
         &mut self,
-        batch: &Batch<'_>,
+        batch: &SequenceBatch<'_>,
         memory: &mut Memory,
         loss: impl FnOnce(&[f32], &mut [f32]) -> f64,
     ) -> Result<f64> {

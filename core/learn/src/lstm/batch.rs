@@ -6,7 +6,7 @@ use crate::{Architecture, Result};
 
 /// Where the head is applied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outputs {
+pub enum HeadOutputs {
     /// After every step: outputs are [step][row][channel].
     All,
     /// After the last step only: outputs are [row][channel].
@@ -15,7 +15,7 @@ pub enum Outputs {
 
 /// Sequences of equal length, side by side.
 #[derive(Debug, Clone, Copy)]
-pub struct Batch<'a> {
+pub struct SequenceBatch<'a> {
     /// [step][row][channel], steps × rows × inputs.
     pub inputs: &'a [f32],
     /// Samples of each sequence.
@@ -23,10 +23,10 @@ pub struct Batch<'a> {
     /// Sequences.
     pub rows: usize,
     /// Where the head is applied.
-    pub outputs: Outputs,
+    pub outputs: HeadOutputs,
 }
 
-impl Batch<'_> {
+impl SequenceBatch<'_> {
     /// # Errors
     /// `BadInput` if the array or the memory does not fit.
     pub(crate) fn check(&self, architecture: &Architecture, memory: &Memory) -> Result<()> {

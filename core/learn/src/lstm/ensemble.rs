@@ -3,7 +3,7 @@
 use hysteron_base::BadInput;
 
 use super::network::LayerWeights;
-use crate::{Architecture, Head, Network, Normaliser, TensorShape};
+use crate::{Architecture, HeadActivation, Network, Normaliser, TensorShape};
 
 /// A network and the ranges that it was trained with.
 #[derive(Debug, Clone, Copy)]
@@ -39,7 +39,7 @@ impl Network {
     pub fn mean_of(members: &[Self]) -> Result<Self, BadInput> {
         let bad = |expected: &str, found: String| BadInput::new("networks to join", expected, found);
         let one = &members.first().ok_or_else(|| bad("at least one", "none".to_owned()))?.architecture;
-        if one.head != Head::Linear || members.iter().any(|member| member.architecture != *one) {
+        if one.head != HeadActivation::Linear || members.iter().any(|member| member.architecture != *one) {
             let found = members.iter().map(|member| member.architecture.to_string()).collect::<Vec<_>>();
             return Err(bad("one shape, with a linear head", found.join("; ")));
         }
@@ -88,7 +88,7 @@ impl Network {
     /// If there are not as many channels as the network has.
     pub fn for_ranges(&self, own: [&Normaliser; 2], other: [&Normaliser; 2]) -> Result<Self, BadInput> {
         let Architecture { inputs, hidden, layers, outputs, head, .. } = self.architecture;
-        if head != Head::Linear {
+        if head != HeadActivation::Linear {
             return Err(BadInput::new("network", "a linear head", head.name()));
         }
         let [to_own, to_other] = [own[0].from_normalised(other[0]), other[1].from_normalised(own[1])];

@@ -59,12 +59,12 @@ fn through_sigmoid<S: Simd>(simd: S, sigma: S::f32s, d: S::f32s) -> S::f32s {
 
 /// Loads registers from a position on.
 #[derive(Clone, Copy)]
-struct Load<S> {
+struct RegisterLoads<S> {
     simd: S,
     k: usize,
 }
 
-impl<S: Simd> Load<S> {
+impl<S: Simd> RegisterLoads<S> {
     /// As many values as there are, up to a register; zeros after them.
     #[inline(always)]
     fn at(self, values: &[f32]) -> S::f32s {
@@ -73,7 +73,7 @@ impl<S: Simd> Load<S> {
 }
 
 /// One step forward for some rows of H units: gates, cells, hidden states.
-pub(crate) struct Forward<'a> {
+pub(crate) struct GatesForward<'a> {
     /// In: W_ih x + W_hh h + b. Out: i, f, g, o. [row][gate][unit].
     pub gates: &'a mut [f32],
     /// Cells before the step, [row][unit].
@@ -86,7 +86,7 @@ pub(crate) struct Forward<'a> {
     pub hidden: usize,
 }
 
-impl Forward<'_> {
+impl GatesForward<'_> {
     pub fn run(self) {
         Arch::new().dispatch(self);
     }
@@ -100,7 +100,7 @@ fn four(gates: &mut [f32], hidden: usize) -> [&mut [f32]; 4] {
     [i, f, g, o]
 }
 
-impl WithSimd for Forward<'_> {
+impl WithSimd for GatesForward<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -112,7 +112,7 @@ impl WithSimd for Forward<'_> {
         for ((gates, c_before), (c, h)) in rows.zip(states) {
             let [i, f, g, o] = four(gates, n);
             for k in (0..n).step_by(lanes) {
-                let load = Load { simd, k };
+                let load = RegisterLoads { simd, k };
                 let vi = sigmoid(simd, load.at(i));
                 let vf = sigmoid(simd, load.at(f));
                 let vg = tanh(simd, load.at(g));
@@ -131,7 +131,7 @@ impl WithSimd for Forward<'_> {
 }
 
 /// One step back for some rows: from ∂L/∂h and ∂L/∂c after the step to those of the gates and of c before.
-pub(crate) struct Backward<'a> {
+pub(crate) struct GatesBackward<'a> {
     /// In: i, f, g, o. Out: ∂L/∂z, z what the gates were made from. [row][gate][unit].
     pub gates: &'a mut [f32],
     /// Cells before the step, [row][unit].
@@ -150,13 +150,13 @@ pub(crate) struct Backward<'a> {
     pub floor: f32,
 }
 
-impl Backward<'_> {
+impl GatesBackward<'_> {
     pub fn run(self) {
         Arch::new().dispatch(self);
     }
 }
 
-impl WithSimd for Backward<'_> {
+impl WithSimd for GatesBackward<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -172,7 +172,7 @@ impl WithSimd for Backward<'_> {
                 |values| &values[row * n..][..n],
             );
             for k in (0..n).step_by(S::F32_LANES) {
-                let load = Load { simd, k };
+                let load = RegisterLoads { simd, k };
                 let [vi, vf, vg, vo] = [load.at(i), load.at(f), load.at(g), load.at(o)];
                 let tanh_c = tanh(simd, load.at(c));
                 let dh = simd.add_f32s(load.at(dh_above), load.at(dh_next));
@@ -210,7 +210,7 @@ mod tests {
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) {
             for k in (0..self.x.len()).step_by(S::F32_LANES) {
-                let x = Load { simd, k }.at(self.x);
+                let x = RegisterLoads { simd, k }.at(self.x);
                 simd.partial_store_f32s(&mut self.tanh[k..], tanh(simd, x));
                 simd.partial_store_f32s(&mut self.sigmoid[k..], sigmoid(simd, x));
             }
@@ -254,7 +254,7 @@ mod tests {
         let mut gates = vec![0.5; 4 * n];
         let (zeros, mut dc) = (vec![0.0; n], vec![0.0; n]);
         let [c_before, c] = [vec![1.0; n], vec![1.0; n]];
-        Backward {
+        GatesBackward {
             gates: &mut gates,
             c_before: &c_before,
             c: &c,

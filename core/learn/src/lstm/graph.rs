@@ -11,12 +11,12 @@ use candle_core::{CpuStorage, CustomOp2, Device, Layout, Shape as Dims, Storage,
 use candle_nn::rnn::{LSTMConfig, LSTMState, RNN, lstm};
 use candle_nn::{Module, VarBuilder};
 
-use super::batch::{Batch, Memory, Outputs};
-use super::layer::{self, Shape, Tape};
+use super::batch::{HeadOutputs, Memory, SequenceBatch};
+use super::layer::{self, LstmTape, SequenceShape};
 use super::network::LayerWeights;
-use super::tensors::{self, Kept};
-use crate::on_device::{Gradients, Weights, best_device, derivative};
-use crate::{Architecture, Error, Head};
+use super::tensors::{self, ForwardValues};
+use crate::on_device::{DeviceGradients, DeviceWeights, best_device, derivative};
+use crate::{Architecture, Error, HeadActivation};
 
 impl From<candle_core::Error> for Error {
     fn from(error: candle_core::Error) -> Self {
@@ -26,7 +26,7 @@ impl From<candle_core::Error> for Error {
 
 /// How layers are computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Cells {
+pub(crate) enum LayerBackend {
     /// A layer over the whole sequence at once; on a processor only.
     Fused,
     /// A layer on whole tensors.
@@ -39,22 +39,22 @@ pub(crate) enum Cells {
 #[derive(Debug)]
 pub(crate) struct Graph {
     device: Device,
-    cells: Cells,
+    cells: LayerBackend,
     /// One for each layer.
-    tapes: Vec<Arc<Mutex<Tape>>>,
+    tapes: Vec<Arc<Mutex<LstmTape>>>,
     /// Derivatives of at most this size become zero in the backward pass through fused layers.
     pub gradient_floor: f32,
 }
 
 /// One forward pass, on the device.
-pub(crate) struct Pass {
+pub(crate) struct DevicePass {
     outputs: Tensor,
     by_hand: Option<ByHand>,
 }
 
 /// Tape of a pass through layers for which candle has no backward pass.
 struct ByHand {
-    layers: Vec<Kept>,
+    layers: Vec<ForwardValues>,
     /// Dropout factors on the sequences into the second layer and so on.
     masks: Vec<Tensor>,
     /// Output of the last layer: where candle's derivatives end.
@@ -65,22 +65,22 @@ impl Graph {
     /// The best device there is, with what is fastest on it.
     pub fn new(architecture: &Architecture) -> candle_core::Result<Self> {
         let device = best_device()?;
-        let cells = if device.is_cpu() { Cells::Fused } else { Cells::Tensors };
+        let cells = if device.is_cpu() { LayerBackend::Fused } else { LayerBackend::Tensors };
         Ok(Self::with_cells(architecture, device, cells))
     }
 
     /// The operations of a card on the processor.
     #[cfg(test)]
     pub fn as_on_card(architecture: &Architecture) -> Self {
-        Self::with_cells(architecture, Device::Cpu, Cells::Tensors)
+        Self::with_cells(architecture, Device::Cpu, LayerBackend::Tensors)
     }
 
     /// candle's own cells on the processor.
     pub fn unrolled(architecture: &Architecture) -> Self {
-        Self::with_cells(architecture, Device::Cpu, Cells::Unrolled)
+        Self::with_cells(architecture, Device::Cpu, LayerBackend::Unrolled)
     }
 
-    fn with_cells(architecture: &Architecture, device: Device, cells: Cells) -> Self {
+    fn with_cells(architecture: &Architecture, device: Device, cells: LayerBackend) -> Self {
         let tapes = (0..architecture.layers).map(|_| Arc::default()).collect();
         Self { device, cells, tapes, gradient_floor: 0.0 }
     }
@@ -99,17 +99,17 @@ impl Graph {
     /// layer and so on; none without dropout.
     pub fn forward(
         &self,
-        (architecture, weights): (&Architecture, &Weights),
-        batch: &Batch<'_>,
+        (architecture, weights): (&Architecture, &DeviceWeights),
+        batch: &SequenceBatch<'_>,
         memory: &mut Memory,
         masks: &[Vec<f32>],
-    ) -> candle_core::Result<Pass> {
+    ) -> candle_core::Result<DevicePass> {
         let parameters = weights.vectors();
         let n = batch.steps * batch.rows;
         let (mut layers, mut placed) = (Vec::new(), Vec::new());
         let mut x = Tensor::from_slice(batch.inputs, (n, architecture.inputs), &self.device)?;
         for layer in 0..architecture.layers {
-            let shape = Shape {
+            let shape = SequenceShape {
                 steps: batch.steps,
                 rows: batch.rows,
                 inputs: architecture.layer_inputs(layer),
@@ -122,7 +122,7 @@ impl Graph {
             }
             let state = [&mut memory.h[layer], &mut memory.c[layer]];
             x = match self.cells {
-                Cells::Fused => {
+                LayerBackend::Fused => {
                     let operation = FusedLayer {
                         shape,
                         h0: state[0].clone(),
@@ -137,36 +137,40 @@ impl Graph {
                     };
                     fused(operation, &x, &parameters[layer], state)?
                 }
-                Cells::Tensors => {
+                LayerBackend::Tensors => {
                     let own = parameters[layer].as_detached_tensor();
                     let (h, kept) = tensors::forward(shape, &x, &own, state)?;
                     layers.push(kept);
                     h
                 }
-                Cells::Unrolled => unrolled(shape, &x, &parameters[layer], state)?,
+                LayerBackend::Unrolled => unrolled(shape, &x, &parameters[layer], state)?,
             };
         }
         let mut by_hand = None;
-        if self.cells == Cells::Tensors {
+        if self.cells == LayerBackend::Tensors {
             let hidden = Var::from_tensor(&x)?;
             x = hidden.as_tensor().clone();
             by_hand = Some(ByHand { layers, masks: placed, hidden });
         }
-        if batch.outputs == Outputs::Last {
+        if batch.outputs == HeadOutputs::Last {
             x = x.narrow(0, n - batch.rows, batch.rows)?;
         }
-        Ok(Pass { outputs: head(architecture, &x, &parameters[architecture.layers])?, by_hand })
+        Ok(DevicePass { outputs: head(architecture, &x, &parameters[architecture.layers])?, by_hand })
     }
 }
 
-impl Pass {
+impl DevicePass {
     /// The outputs, row by row.
     pub fn outputs(&self) -> candle_core::Result<Vec<f32>> {
         self.outputs.flatten_all()?.to_vec1()
     }
 
     /// The gradient by each vector of parameters, from the one by the outputs.
-    pub fn gradients(self, weights: &Weights, d_outputs: &[f32]) -> candle_core::Result<Gradients> {
+    pub fn gradients(
+        self,
+        weights: &DeviceWeights,
+        d_outputs: &[f32],
+    ) -> candle_core::Result<DeviceGradients> {
         let d_outputs = Tensor::from_slice(d_outputs, self.outputs.shape(), self.outputs.device())?;
         let found = (self.outputs * d_outputs)?.sum_all()?.backward()?;
         let Some(ByHand { layers, masks, hidden }) = self.by_hand else { return weights.gradients(&found) };
@@ -186,7 +190,7 @@ impl Pass {
             };
         }
         gradients.reverse();
-        Ok(Gradients::new(gradients))
+        Ok(DeviceGradients::new(gradients))
     }
 }
 
@@ -196,19 +200,19 @@ fn head(architecture: &Architecture, h: &Tensor, parameters: &Tensor) -> candle_
     let bias = parameters.narrow(0, outputs * hidden, outputs)?;
     let output = candle_nn::Linear::new(weight, Some(bias)).forward(h)?;
     match architecture.head {
-        Head::Linear => Ok(output),
-        Head::Tanh => output.tanh(),
+        HeadActivation::Linear => Ok(output),
+        HeadActivation::Tanh => output.tanh(),
     }
 }
 
 /// A layer by candle's own cell; `state` goes on.
 fn unrolled(
-    shape: Shape,
+    shape: SequenceShape,
     x: &Tensor,
     parameters: &Tensor,
     [h0, c0]: [&mut Vec<f32>; 2],
 ) -> candle_core::Result<Tensor> {
-    let Shape { steps, rows, inputs, hidden } = shape;
+    let SequenceShape { steps, rows, inputs, hidden } = shape;
     let n_ih = 4 * hidden * inputs;
     let n_hh = 4 * hidden * hidden;
     let weights = [
@@ -246,7 +250,7 @@ fn fused(
     Ok(h)
 }
 
-fn locked(tape: &Mutex<Tape>) -> MutexGuard<'_, Tape> {
+fn locked(tape: &Mutex<LstmTape>) -> MutexGuard<'_, LstmTape> {
     tape.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -259,11 +263,11 @@ enum InputGradient {
 
 /// From (inputs, parameters) to the sequence of hidden states; the memory before it is a constant.
 struct FusedLayer {
-    shape: Shape,
+    shape: SequenceShape,
     h0: Vec<f32>,
     c0: Vec<f32>,
     input_gradient: InputGradient,
-    tape: Arc<Mutex<Tape>>,
+    tape: Arc<Mutex<LstmTape>>,
     floor: f32,
 }
 
@@ -333,7 +337,8 @@ impl CustomOp2 for FusedLayer {
             let weights = self.weights(parameters);
             let state = [&self.h0[..], &self.c0];
             let tape = &mut locked(&self.tape);
-            let gradients = layer::Gradients { parameters: &mut d_parameters, inputs: dx.as_deref_mut() };
+            let gradients =
+                layer::LayerGradients { parameters: &mut d_parameters, inputs: dx.as_deref_mut() };
             layer::backward(self.shape, weights, [x, h, dh], state, tape, self.floor, gradients);
         })?;
         let dx = dx.map(|dx| Tensor::from_vec(dx, x.shape(), x.device())).transpose()?;

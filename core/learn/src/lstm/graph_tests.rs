@@ -5,8 +5,8 @@ use hysteron_base::rng;
 use rand::RngExt;
 
 use super::graph::Graph;
-use crate::on_device::Weights;
-use crate::{Architecture, Batch, Head, Memory, Model, Network, Outputs};
+use crate::on_device::DeviceWeights;
+use crate::{Architecture, HeadActivation, HeadOutputs, Memory, Network, SequenceBatch, TrainableModel};
 
 /// Two chunks of rows, and three groups of 9, 9 and 1.
 const STEPS: usize = 30;
@@ -15,7 +15,7 @@ const ROWS: usize = 19;
 /// errors of 2⁻²⁴, and four times that.
 const ACC: f64 = 520.0 * 0.5 * f32::EPSILON as f64;
 
-fn architecture(head: Head) -> Architecture {
+fn architecture(head: HeadActivation) -> Architecture {
     Architecture { inputs: 3, hidden: 5, layers: 2, outputs: 2, head, dropout: 0.0 }
 }
 
@@ -31,18 +31,18 @@ struct Case {
     memory: Memory,
     masks: Vec<Vec<f32>>,
     loss: Vec<f32>,
-    outputs: Outputs,
+    outputs: HeadOutputs,
 }
 
 impl Case {
-    fn new(head: Head, outputs: Outputs) -> Self {
+    fn new(head: HeadActivation, outputs: HeadOutputs) -> Self {
         let architecture = architecture(head);
         let mut memory = Memory::zeros(&architecture, ROWS);
         for (k, state) in memory.h.iter_mut().chain(&mut memory.c).enumerate() {
             *state = uniform(&format!("state {k}"), state.len());
         }
         let mask = uniform("mask", STEPS * ROWS * architecture.hidden);
-        let n = if outputs == Outputs::All { STEPS * ROWS } else { ROWS };
+        let n = if outputs == HeadOutputs::All { STEPS * ROWS } else { ROWS };
         Self {
             network: Network::new(&architecture, 5).unwrap(),
             inputs: uniform("inputs", STEPS * ROWS * architecture.inputs),
@@ -55,9 +55,9 @@ impl Case {
 
     /// Outputs, gradients and the memory at the end.
     fn run(&self, graph: &Graph) -> (Vec<f32>, Vec<Vec<f32>>, Memory) {
-        let batch = Batch { inputs: &self.inputs, steps: STEPS, rows: ROWS, outputs: self.outputs };
+        let batch = SequenceBatch { inputs: &self.inputs, steps: STEPS, rows: ROWS, outputs: self.outputs };
         let mut memory = self.memory.clone();
-        let weights = Weights::new(graph.device(), self.network.parameters()).unwrap();
+        let weights = DeviceWeights::new(graph.device(), self.network.parameters()).unwrap();
         let of = (self.network.architecture(), &weights);
         let pass = graph.forward(of, &batch, &mut memory, &self.masks).unwrap();
         let outputs = pass.outputs().unwrap();
@@ -102,15 +102,15 @@ impl Case {
                     x.clone_from(&h[layer]);
                 }
                 let at = match self.outputs {
-                    Outputs::All => sample,
-                    Outputs::Last if step + 1 == STEPS => row,
-                    Outputs::Last => continue,
+                    HeadOutputs::All => sample,
+                    HeadOutputs::Last if step + 1 == STEPS => row,
+                    HeadOutputs::Last => continue,
                 };
                 let p = &parameters[architecture.layers];
                 for k in 0..architecture.outputs {
                     let y: f64 = (0..n).map(|j| p[k * n + j] * x[j]).sum::<f64>();
                     let y = y + p[architecture.outputs * n + k];
-                    let y = if architecture.head == Head::Tanh { y.tanh() } else { y };
+                    let y = if architecture.head == HeadActivation::Tanh { y.tanh() } else { y };
                     value += f64::from(self.loss[at * architecture.outputs + k]) * y;
                 }
             }
@@ -136,7 +136,9 @@ fn wide(values: &[f32]) -> Vec<f64> {
 fn gradients_are_derivatives_of_the_textbook_network() {
     /// Error of the central difference: about STEP² and 1e-16/STEP, far below ACC.
     const STEP: f64 = 1e-5;
-    for (head, outputs) in [(Head::Linear, Outputs::All), (Head::Tanh, Outputs::Last)] {
+    for (head, outputs) in
+        [(HeadActivation::Linear, HeadOutputs::All), (HeadActivation::Tanh, HeadOutputs::Last)]
+    {
         let case = Case::new(head, outputs);
         let (values, gradients, _) = case.run(&Graph::new(case.network.architecture()).unwrap());
         let mut parameters: Vec<Vec<f64>> = case.network.parameters.iter().map(|p| wide(p)).collect();
@@ -160,7 +162,9 @@ fn gradients_are_derivatives_of_the_textbook_network() {
 
 #[test]
 fn layers_agree_with_the_cells_of_candle() {
-    for (head, outputs) in [(Head::Tanh, Outputs::All), (Head::Linear, Outputs::Last)] {
+    for (head, outputs) in
+        [(HeadActivation::Tanh, HeadOutputs::All), (HeadActivation::Linear, HeadOutputs::Last)]
+    {
         let case = Case::new(head, outputs);
         let architecture = case.network.architecture();
         let unrolled = case.run(&Graph::unrolled(architecture));

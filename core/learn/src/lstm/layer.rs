@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::gates::{Backward, Forward};
+use super::gates::{GatesBackward, GatesForward};
 use super::network::LayerWeights;
 use crate::product::{multiply, multiply_add, rows};
 
@@ -18,14 +18,14 @@ const N_GRADIENT_TASKS: usize = 4;
 
 /// Sizes of a layer's sequence.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Shape {
+pub(crate) struct SequenceShape {
     pub steps: usize,
     pub rows: usize,
     pub inputs: usize,
     pub hidden: usize,
 }
 
-impl Shape {
+impl SequenceShape {
     /// Rows that run through the steps together: enough to multiply well, yet at least two groups to share.
     fn group(&self) -> usize {
         (self.rows / 2).clamp(8, 32)
@@ -39,22 +39,22 @@ impl Shape {
 
 /// Values of the forward pass that the backward pass needs; reused from batch to batch.
 #[derive(Debug, Default)]
-pub(crate) struct Tape {
+pub(crate) struct LstmTape {
     /// i, f, g, o, then ∂L/∂z; [step][row][gate][unit].
     gates: Vec<f32>,
     /// c, [step][row][unit].
     cells: Vec<f32>,
 }
 
-impl Tape {
+impl LstmTape {
     /// Cells after the last step, [row][unit].
-    pub fn last_cells(&self, shape: Shape) -> &[f32] {
+    pub fn last_cells(&self, shape: SequenceShape) -> &[f32] {
         &self.cells[(shape.steps - 1) * shape.rows * shape.hidden..]
     }
 }
 
 /// The parts of a [step][row][channel] array that each group of rows owns, step by step.
-fn by_group(values: &mut [f32], shape: Shape, n_channels: usize) -> Vec<Vec<&mut [f32]>> {
+fn by_group(values: &mut [f32], shape: SequenceShape, n_channels: usize) -> Vec<Vec<&mut [f32]>> {
     let mut groups: Vec<Vec<&mut [f32]>> = Vec::new();
     groups.resize_with(shape.rows.div_ceil(shape.group()), Vec::new);
     for step in values.chunks_exact_mut(shape.rows * n_channels) {
@@ -69,11 +69,11 @@ fn by_group(values: &mut [f32], shape: Shape, n_channels: usize) -> Vec<Vec<&mut
 ///
 /// `x` is [step][row][input]; `h0` and `c0`, [row][unit], are the memory before the first step.
 pub(crate) fn forward(
-    shape: Shape,
+    shape: SequenceShape,
     weights: LayerWeights<'_>,
     x: &[f32],
     [h0, c0]: [&[f32]; 2],
-    tape: &mut Tape,
+    tape: &mut LstmTape,
     h: &mut [f32],
 ) {
     let n = shape.hidden;
@@ -97,13 +97,13 @@ pub(crate) fn forward(
                 let h_before: &[f32] = h_before.last().map_or(h0, |h| h);
                 let c_before = c_before.last().map_or(c0, |c| c);
                 multiply_add(gates, rows(h_before, n), rows(weights.hh, n).transpose());
-                Forward { gates, c_before, c: c[0], h: h[0], hidden: n }.run();
+                GatesForward { gates, c_before, c: c[0], h: h[0], hidden: n }.run();
             }
         });
 }
 
 /// Gradients that [`backward`] writes.
-pub(crate) struct Gradients<'a> {
+pub(crate) struct LayerGradients<'a> {
     /// By the parameters, as [`LayerWeights`] lie.
     pub parameters: &'a mut [f32],
     /// By the inputs, where they are asked for.
@@ -115,16 +115,16 @@ pub(crate) struct Gradients<'a> {
 ///
 /// `h` is what `forward` wrote and `dh` the gradient by it.
 pub(crate) fn backward(
-    shape: Shape,
+    shape: SequenceShape,
     weights: LayerWeights<'_>,
     [x, h, dh]: [&[f32]; 3],
     [h0, c0]: [&[f32]; 2],
-    tape: &mut Tape,
+    tape: &mut LstmTape,
     floor: f32,
-    gradients: Gradients<'_>,
+    gradients: LayerGradients<'_>,
 ) {
     let n = shape.hidden;
-    let Tape { gates, cells } = tape;
+    let LstmTape { gates, cells } = tape;
     let cells = &cells[..];
     let walk = |(index, gates): (usize, &mut Vec<&mut [f32]>)| {
         let first = index * shape.group() * n;
@@ -149,7 +149,7 @@ pub(crate) fn backward(
 /// The steps of one group of rows, last to first; its values begin at `first` in every [row][unit] array. Gives the step
 /// down to which it went: before that nothing comes from above, and what came from later has vanished.
 fn back_through_time(
-    shape: Shape,
+    shape: SequenceShape,
     weights_hh: &[f32],
     gates: &mut [&mut [f32]],
     first: usize,
@@ -167,7 +167,7 @@ fn back_through_time(
     let (mut dh_next, mut dc) = (vec![0.0; size], vec![0.0; size]);
     for (t, gates) in gates.iter_mut().enumerate().rev() {
         let c_before = if t == 0 { &c0[first..][..size] } else { of_step(cells, t - 1) };
-        Backward {
+        GatesBackward {
             gates,
             c_before,
             c: of_step(cells, t),
@@ -188,7 +188,7 @@ fn back_through_time(
 
 /// ∂L/∂W_ih = Σ ∂L/∂z xᵀ, ∂L/∂W_hh = Σ ∂L/∂z h_beforeᵀ, ∂L/∂b = Σ ∂L/∂z, over all rows and the steps from `begin` on,
 /// where `dz` begins.
-fn gradient(shape: Shape, begin: usize, [dz, x, h, h0]: [&[f32]; 4], d_parameters: &mut [f32]) {
+fn gradient(shape: SequenceShape, begin: usize, [dz, x, h, h0]: [&[f32]; 4], d_parameters: &mut [f32]) {
     let (n, inputs) = (shape.hidden, shape.inputs);
     let (d_ih, rest) = d_parameters.split_at_mut(4 * n * inputs);
     let (d_hh, d_bias) = rest.split_at_mut(4 * n * n);
@@ -228,7 +228,7 @@ mod tests {
 
     const FLOOR: f32 = 1e-16;
     /// Three groups of 9, 9 and 1 rows.
-    const SHAPE: Shape = Shape { steps: 120, rows: 19, inputs: 3, hidden: 5 };
+    const SHAPE: SequenceShape = SequenceShape { steps: 120, rows: 19, inputs: 3, hidden: 5 };
 
     fn uniform(name: &str, n: usize) -> Vec<f32> {
         let mut stream = rng(1, name);
@@ -238,14 +238,14 @@ mod tests {
     /// The gradient by parameters and inputs for a derivative of this size in the last step of the first group, and less in
     /// the others; in units of that size.
     fn gradient_of(size: f32, floor: f32) -> [Vec<f32>; 2] {
-        let Shape { steps, rows, inputs, hidden } = SHAPE;
+        let SequenceShape { steps, rows, inputs, hidden } = SHAPE;
         let parameters = uniform("parameters", 4 * hidden * (inputs + hidden + 1));
         let weights = LayerWeights::new(&parameters, inputs, hidden);
         let x = uniform("inputs", steps * rows * inputs);
         let memory = [uniform("h", rows * hidden), uniform("c", rows * hidden)];
         let memory = memory.each_ref().map(|values| &values[..]);
         let (mut tape, mut h, mut dh) =
-            (Tape::default(), vec![0.0; SHAPE.n_states()], vec![0.0; SHAPE.n_states()]);
+            (LstmTape::default(), vec![0.0; SHAPE.n_states()], vec![0.0; SHAPE.n_states()]);
         forward(SHAPE, weights, &x, memory, &mut tape, &mut h);
         let last = (steps - 1) * rows * hidden;
         for (row, dh) in dh[last..].chunks_exact_mut(hidden).enumerate() {
@@ -253,7 +253,7 @@ mod tests {
         }
         let mut found = [vec![0.0; parameters.len()], vec![0.0; x.len()]];
         let [d_parameters, dx] = &mut found;
-        let gradients = Gradients { parameters: d_parameters, inputs: Some(dx) };
+        let gradients = LayerGradients { parameters: d_parameters, inputs: Some(dx) };
         backward(SHAPE, weights, [&x, &h, &dh], memory, &mut tape, floor, gradients);
         found.map(|values| values.iter().map(|value| value / size).collect())
     }

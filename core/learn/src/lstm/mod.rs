@@ -16,9 +16,9 @@ mod runner;
 mod tensors;
 mod trainer;
 
-pub use architecture::{Architecture, Head};
-pub use backprop::{Backprop, Placed, Updates};
-pub use batch::{Batch, Memory, Outputs};
+pub use architecture::{Architecture, HeadActivation};
+pub use backprop::{Backprop, PlacedNetwork, Updates};
+pub use batch::{HeadOutputs, Memory, SequenceBatch};
 pub use ensemble::Member;
 pub use network::Network;
 pub use runner::Runner;

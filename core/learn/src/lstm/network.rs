@@ -6,7 +6,7 @@ use rand::RngExt;
 use serde_json::Value;
 
 use crate::files::TensorFile;
-use crate::{Architecture, Model, TensorShape};
+use crate::{Architecture, TensorShape, TrainableModel};
 
 /// The weights of a network.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,7 +63,7 @@ impl Network {
     }
 }
 
-impl Model for Network {
+impl TrainableModel for Network {
     type Value = f32;
 
     const FAMILY: &'static str = "lstm";

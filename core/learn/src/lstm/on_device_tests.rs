@@ -4,7 +4,10 @@
 use hysteron_base::rng;
 use rand::RngExt;
 
-use crate::{Adam, Architecture, Backprop, Batch, Head, Memory, Network, Outputs, Penalty, Training};
+use crate::{
+    Adam, Architecture, Backprop, HeadActivation, HeadOutputs, Memory, Network, Penalty, SequenceBatch,
+    Training,
+};
 
 const STEPS: usize = 12;
 const ROWS: usize = 5;
@@ -19,8 +22,14 @@ fn uniform(name: &str, n: usize) -> Vec<f32> {
 }
 
 fn training(penalty: Penalty) -> Training<Network> {
-    let architecture =
-        Architecture { inputs: 3, hidden: 6, layers: 2, outputs: 2, head: Head::Linear, dropout: 0.2 };
+    let architecture = Architecture {
+        inputs: 3,
+        hidden: 6,
+        layers: 2,
+        outputs: 2,
+        head: HeadActivation::Linear,
+        dropout: 0.2,
+    };
     let clip_norm = (penalty == Penalty::Coupled).then_some(0.5);
     let adam =
         Adam { learning_rate: 0.05, epsilon: 1.0, weight_decay: 0.1, penalty, clip_norm, ..Adam::default() };
@@ -38,7 +47,7 @@ fn losses(
     for step in 0..UPDATES {
         let inputs = uniform(&format!("inputs {step}"), STEPS * ROWS * 3);
         let targets = uniform(&format!("targets {step}"), STEPS * ROWS * 2);
-        let batch = Batch { inputs: &inputs, steps: STEPS, rows: ROWS, outputs: Outputs::All };
+        let batch = SequenceBatch { inputs: &inputs, steps: STEPS, rows: ROWS, outputs: HeadOutputs::All };
         let mut memory = Memory::zeros(updates.training().model().architecture(), ROWS);
         let loss = |found: &[f32], d: &mut [f32]| crate::mean_squared_error(found, &targets, d);
         losses.push(updates.step(&batch, &mut memory, loss).unwrap());
@@ -61,7 +70,7 @@ fn assert_near(what: &str, found: &[Vec<f32>], expected: &[Vec<f32>]) {
 
 #[test]
 fn a_training_on_the_device_is_that_on_the_host() {
-    use crate::Model;
+    use crate::TrainableModel;
     for penalty in [Penalty::Coupled, Penalty::Decoupled] {
         let (mut host, mut device) = (training(penalty), training(penalty));
         let architecture = host.model().architecture().clone();

@@ -1,12 +1,12 @@
 //! One sample at a time, without tensors or allocation.
 
-use super::gates::Forward;
+use super::gates::GatesForward;
 use super::network::LayerWeights;
 use crate::panels::{Panels, padded};
-use crate::{Head, Network, WeightFormat};
+use crate::{HeadActivation, Network, WeightFormat};
 
 #[derive(Debug, Clone)]
-struct Layer {
+struct LstmRunnerLayer {
     from_input: Panels,
     from_memory: Panels,
     /// 4H, padded.
@@ -23,11 +23,11 @@ struct Layer {
 pub struct Runner {
     inputs: usize,
     hidden: usize,
-    layers: Vec<Layer>,
+    layers: Vec<LstmRunnerLayer>,
     head: Panels,
     /// As many as outputs, padded.
     head_bias: Vec<f32>,
-    kind: Head,
+    kind: HeadActivation,
     /// 4H, padded.
     gates: Vec<f32>,
     /// H; cells before the step.
@@ -55,7 +55,7 @@ impl Runner {
         let layer = |(l, parameters): (usize, &Vec<f32>)| {
             let inputs = architecture.layer_inputs(l);
             let weights = LayerWeights::new(parameters, inputs, hidden);
-            Layer {
+            LstmRunnerLayer {
                 from_input: Panels::new(weights.ih, inputs, format),
                 from_memory: Panels::new(weights.hh, hidden, format),
                 bias: pad(weights.bias),
@@ -92,7 +92,7 @@ impl Runner {
             layer.from_input.multiply_add(x, &mut self.gates);
             layer.from_memory.multiply_add(&layer.h, &mut self.gates);
             self.c_before.copy_from_slice(&layer.c);
-            Forward {
+            GatesForward {
                 gates: &mut self.gates[..4 * self.hidden],
                 c_before: &self.c_before,
                 c: &mut layer.c,
@@ -105,7 +105,7 @@ impl Runner {
         self.output.copy_from_slice(&self.head_bias);
         self.head.multiply_add(x, &mut self.output);
         let output = &mut self.output[..self.n_outputs];
-        if self.kind == Head::Tanh {
+        if self.kind == HeadActivation::Tanh {
             output.iter_mut().for_each(|v| *v = v.tanh());
         }
         output

@@ -7,10 +7,10 @@
 use candle_core::{Result, Tensor};
 use candle_nn::ops::sigmoid;
 
-use super::layer::Shape;
+use super::layer::SequenceShape;
 
 /// Values of a forward pass that the backward pass needs.
-pub(super) struct Kept {
+pub(super) struct ForwardValues {
     /// Inputs (steps · rows × inputs).
     inputs: Tensor,
     /// Hidden states before every step and after the last (steps + 1 × rows × hidden).
@@ -34,8 +34,8 @@ struct LayerTensors {
 }
 
 impl LayerTensors {
-    fn new(shape: Shape, parameters: &Tensor) -> Result<Self> {
-        let Shape { inputs, hidden, .. } = shape;
+    fn new(shape: SequenceShape, parameters: &Tensor) -> Result<Self> {
+        let SequenceShape { inputs, hidden, .. } = shape;
         let factors: Vec<f32> = (0..4 * hidden).map(|k| if k / hidden == 2 { 2.0 } else { 1.0 }).collect();
         let factors = Tensor::from_vec(factors, 4 * hidden, parameters.device())?;
         let rows = factors.unsqueeze(1)?;
@@ -63,12 +63,12 @@ fn gate(gates: &Tensor, which: usize) -> Result<Tensor> {
 /// # Errors
 /// The device refuses.
 pub(super) fn forward(
-    shape: Shape,
+    shape: SequenceShape,
     inputs: &Tensor,
     parameters: &Tensor,
     state: [&mut Vec<f32>; 2],
-) -> Result<(Tensor, Kept)> {
-    let Shape { steps, rows, hidden, .. } = shape;
+) -> Result<(Tensor, ForwardValues)> {
+    let SequenceShape { steps, rows, hidden, .. } = shape;
     let device = inputs.device();
     let weights = LayerTensors::new(shape, parameters)?;
     let of_inputs = inputs.matmul(&weights.of_inputs.t()?)?.broadcast_add(&weights.bias)?;
@@ -93,7 +93,8 @@ pub(super) fn forward(
     *end_c = c.flatten_all()?.to_vec1()?;
     let all_h = Tensor::stack(&all_h, 0)?;
     let outputs = all_h.narrow(0, 1, steps)?.reshape((steps * rows, hidden))?;
-    let kept = Kept { inputs: inputs.clone(), hidden: all_h, gates: all_gates, cells: all_c, weights };
+    let kept =
+        ForwardValues { inputs: inputs.clone(), hidden: all_h, gates: all_gates, cells: all_c, weights };
     Ok((outputs, kept))
 }
 
@@ -108,7 +109,7 @@ struct Slopes {
 }
 
 impl Slopes {
-    fn new(kept: &Kept) -> Result<Self> {
+    fn new(kept: &ForwardValues) -> Result<Self> {
         let (gates, cells) = (Tensor::stack(&kept.gates, 0)?, Tensor::stack(&kept.cells, 0)?);
         let steps = kept.gates.len();
         let [input, forget, candidate, output] =
@@ -127,7 +128,7 @@ impl Slopes {
     }
 }
 
-impl Kept {
+impl ForwardValues {
     /// The derivatives by the layer's parameters, and, where asked for, by its inputs, from those by its
     /// hidden states; the memory before it is a constant.
     ///

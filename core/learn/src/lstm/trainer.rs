@@ -6,7 +6,7 @@ use hysteron_base::json;
 use serde_json::Value;
 
 use super::backprop::Backprop;
-use crate::{Adam, Batch, Memory, Network, Result, Training};
+use crate::{Adam, Memory, Network, Result, SequenceBatch, Training};
 
 /// A network, its optimiser and its passes.
 #[derive(Debug)]
@@ -53,7 +53,7 @@ impl Trainer {
     ///
     /// # Errors
     /// As there.
-    pub fn predict(&self, batch: &Batch<'_>, memory: &mut Memory) -> Result<Vec<f32>> {
+    pub fn predict(&self, batch: &SequenceBatch<'_>, memory: &mut Memory) -> Result<Vec<f32>> {
         self.passes.predict(self.network(), batch, memory)
     }
 
@@ -63,7 +63,7 @@ impl Trainer {
     /// As there.
     pub fn step(
         &mut self,
-        batch: &Batch<'_>,
+        batch: &SequenceBatch<'_>,
         memory: &mut Memory,
         loss: impl FnOnce(&[f32], &mut [f32]) -> f64,
     ) -> Result<f64> {

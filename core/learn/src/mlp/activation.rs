@@ -3,7 +3,7 @@
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
-use crate::Real;
+use crate::Float;
 
 /// Activation between two layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -25,7 +25,7 @@ impl Activation {
 
     /// Value, first and second derivative.
     #[inline(always)]
-    pub fn at<T: Real>(self, x: T) -> [T; 3] {
+    pub fn at<T: Float>(self, x: T) -> [T; 3] {
         let one = T::of(1.0);
         match self {
             Self::Relu => {
@@ -51,7 +51,7 @@ impl Activation {
 
     /// The third derivative, from the value and the first two.
     #[inline(always)]
-    pub fn third<T: Real>(self, [y, d, dd]: [T; 3]) -> T {
+    pub fn third<T: Float>(self, [y, d, dd]: [T; 3]) -> T {
         match self {
             Self::Relu => T::of(0.0),
             Self::Tanh => d * (T::of(6.0) * y * y - T::of(2.0)),
@@ -60,12 +60,12 @@ impl Activation {
     }
 
     /// y, f'(x) and f''(x) for every x.
-    pub fn apply<T: Real>(self, x: &[T], y: &mut [T], d: &mut [T], dd: &mut [T]) {
+    pub fn apply<T: Float>(self, x: &[T], y: &mut [T], d: &mut [T], dd: &mut [T]) {
         self.apply_to_sums(x, &[], y, d, dd);
     }
 
     /// The same of x + b: `x` is [row][unit], `biases` b of every unit, or none of them.
-    pub(super) fn apply_to_sums<T: Real>(
+    pub(super) fn apply_to_sums<T: Float>(
         self,
         x: &[T],
         biases: &[T],
@@ -90,7 +90,7 @@ struct Inputs<'a, T> {
     dd: &'a mut [T],
 }
 
-impl<T: Real> Inputs<'_, T> {
+impl<T: Float> Inputs<'_, T> {
     #[inline(always)]
     fn run(self, activation: Activation) {
         let n = self.x.len();
@@ -116,7 +116,7 @@ impl<T: Real> Inputs<'_, T> {
 macro_rules! arrays {
     ($name:ident, $activation:expr) => {
         struct $name<'a, T>(Inputs<'a, T>);
-        impl<T: Real> WithSimd for $name<'_, T> {
+        impl<T: Float> WithSimd for $name<'_, T> {
             type Output = ();
             #[inline(always)]
             fn with_simd<S: Simd>(self, _: S) {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
 use super::shape::LayerShape;
-use crate::Real;
+use crate::Float;
 use crate::product::{multiply, multiply_add, rows};
 
 /// Derivatives by parameters: where they go.
@@ -26,7 +26,7 @@ pub enum ByParameters<'a, T> {
     },
 }
 
-impl<T: Real> ByParameters<'_, T> {
+impl<T: Float> ByParameters<'_, T> {
     /// The same, counted from the parameter `first` on.
     pub fn from(&mut self, first: usize) -> ByParameters<'_, T> {
         match self {
@@ -89,7 +89,7 @@ struct Biases<'a, T> {
     width: usize,
 }
 
-impl<T: Real> WithSimd for Biases<'_, T> {
+impl<T: Float> WithSimd for Biases<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -113,7 +113,7 @@ struct RowByRow<'a, T> {
     width: usize,
 }
 
-impl<T: Real> WithSimd for RowByRow<'_, T> {
+impl<T: Float> WithSimd for RowByRow<'_, T> {
     type Output = ();
 
     #[inline(always)]

@@ -3,7 +3,7 @@
 
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
-use crate::Real;
+use crate::Float;
 
 /// Rows up to which these are faster than blocked products.
 pub(super) const FEW: usize = 3;
@@ -20,17 +20,17 @@ fn split<T>(values: &[T]) -> [&[T]; 2] {
 }
 
 /// out[row][o] = Σ_i W[o][i] x[row][i].
-pub(super) fn times_transposed<T: Real>(out: &mut [T], x: &[T], weights: &[T], n_in: usize) {
+pub(super) fn times_transposed<T: Float>(out: &mut [T], x: &[T], weights: &[T], n_in: usize) {
     Isa::detect().run(TimesTransposed { out, x, weights, n_in });
 }
 
 /// out[row][i] = Σ_o c[row][o] W[o][i], or, if it `adds`, as much more; of up to [`FEW`] rows.
-pub(super) fn times<T: Real>(out: &mut [T], c: &[T], weights: &[T], n_in: usize, adds: bool) {
-    Isa::detect().run(Times { out, c, weights, n_in, adds });
+pub(super) fn times<T: Float>(out: &mut [T], c: &[T], weights: &[T], n_in: usize, adds: bool) {
+    Isa::detect().run(SmallProduct { out, c, weights, n_in, adds });
 }
 
 /// W[o][i] as [i][o].
-pub(super) fn transposed<T: Real>(weights: &[T], n_in: usize) -> Vec<T> {
+pub(super) fn transposed<T: Float>(weights: &[T], n_in: usize) -> Vec<T> {
     (0..n_in).flat_map(|i| weights.iter().skip(i).step_by(n_in).copied()).collect()
 }
 
@@ -41,7 +41,7 @@ struct TimesTransposed<'a, T> {
     n_in: usize,
 }
 
-impl<T: Real> WithSimd for TimesTransposed<'_, T> {
+impl<T: Float> WithSimd for TimesTransposed<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -78,7 +78,7 @@ impl<T: Real> WithSimd for TimesTransposed<'_, T> {
     }
 }
 
-struct Times<'a, T> {
+struct SmallProduct<'a, T> {
     out: &'a mut [T],
     c: &'a [T],
     weights: &'a [T],
@@ -86,7 +86,7 @@ struct Times<'a, T> {
     adds: bool,
 }
 
-impl<T: Real> WithSimd for Times<'_, T> {
+impl<T: Float> WithSimd for SmallProduct<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -100,7 +100,7 @@ impl<T: Real> WithSimd for Times<'_, T> {
     }
 }
 
-impl<T: Real> Times<'_, T> {
+impl<T: Float> SmallProduct<'_, T> {
     #[inline(always)]
     fn of_rows<const ROWS: usize>(mut self) {
         let wide = self.n_in - self.n_in % (2 * WIDE);

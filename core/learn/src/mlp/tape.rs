@@ -20,7 +20,7 @@ use super::activation::Activation;
 use super::derivatives::ByParameters;
 use super::few::{FEW, times, times_transposed, transposed};
 use super::shape::{LayerShape, Mlp};
-use crate::Real;
+use crate::Float;
 use crate::product::{multiply, multiply_add, rows};
 
 /// Streams, values and derivatives of a pass; reused from batch to batch.
@@ -29,8 +29,8 @@ pub struct MlpTape<T> {
     mlp: Mlp,
     shapes: Vec<LayerShape>,
     n_rows: usize,
-    streams: Vec<Stream>,
-    layers: Vec<Layer<T>>,
+    streams: Vec<DerivativeStream>,
+    layers: Vec<TapeLayer<T>>,
     /// Weights of every layer, then S, as [input][output]; empty unless passes have been prepared.
     transposed: Vec<Vec<T>>,
     /// Cotangents of the layer at hand, and of the one before it: [stream][row][unit].
@@ -40,7 +40,7 @@ pub struct MlpTape<T> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stream {
+enum DerivativeStream {
     Value,
     Tangent,
     /// Along these two tangents.
@@ -49,7 +49,7 @@ enum Stream {
 
 /// Streams of a reverse pass.
 #[derive(Debug, Clone, Copy)]
-struct Way {
+struct BackwardStreams {
     /// 1 where the values have no cotangents on any layer, else 0.
     first: usize,
     /// Streams whose cotangents are given; there is one more where the last one's are those of the gradient before.
@@ -62,7 +62,7 @@ struct Way {
 
 /// Every array is [stream][row][unit], `d` and `dd` are [row][unit]; behind the streams at hand may stand those of a larger pass.
 #[derive(Debug, Clone, Default)]
-struct Layer<T> {
+struct TapeLayer<T> {
     /// Inputs of the layer.
     input: Vec<T>,
     /// W x, in the last layer W x + b, and its tangents.
@@ -87,13 +87,13 @@ fn part<T>(values: &[T], stream: usize, len: usize) -> &[T] {
     &values[stream * len..(stream + 1) * len]
 }
 
-impl<T: Real> MlpTape<T> {
+impl<T: Float> MlpTape<T> {
     /// Scratch for networks of this shape.
     pub fn new(mlp: &Mlp) -> Self {
         let shapes = mlp.layers();
         let layer = |_| {
             let [input, sum, d, dd, by_input] = std::array::from_fn(|_| Vec::new());
-            Layer { input, sum, d, dd, by_input }
+            TapeLayer { input, sum, d, dd, by_input }
         };
         let layers = shapes.iter().map(layer).collect();
         Self {
@@ -125,32 +125,32 @@ impl<T: Real> MlpTape<T> {
     /// The values for `inputs` ([row][input]); begins a new pass.
     pub fn forward(&mut self, parameters: &[T], inputs: &[T]) -> &[T] {
         self.begin(inputs);
-        self.push(parameters, &[Stream::Value])
+        self.push(parameters, &[DerivativeStream::Value])
     }
 
     /// The same with the derivatives along `tangents` ([row][input]) as stream 1: both at once, which reads the weights once.
     pub fn forward_along(&mut self, parameters: &[T], inputs: &[T], tangents: &[T]) {
         self.begin(inputs);
         self.enter(1, tangents);
-        self.push(parameters, &[Stream::Value, Stream::Tangent]);
+        self.push(parameters, &[DerivativeStream::Value, DerivativeStream::Tangent]);
     }
 
     /// One more stream: the derivatives of the outputs along `tangents` ([row][input]). Streams count from 1 in the order
     /// of these calls; stream 0 holds the values.
     pub fn push_tangent(&mut self, parameters: &[T], tangents: &[T]) -> &[T] {
         self.enter(self.streams.len(), tangents);
-        self.push(parameters, &[Stream::Tangent])
+        self.push(parameters, &[DerivativeStream::Tangent])
     }
 
     /// One more stream: the second derivatives along the tangents of streams `a` and `b`, which must not be the same.
     pub fn push_mixed(&mut self, parameters: &[T], a: usize, b: usize) -> &[T] {
         assert!(
-            a != b && [a, b].iter().all(|s| self.streams.get(*s) == Some(&Stream::Tangent)),
+            a != b && [a, b].iter().all(|s| self.streams.get(*s) == Some(&DerivativeStream::Tangent)),
             "streams {a}, {b}"
         );
         let zeros = vec![T::default(); self.n_rows * self.mlp.inputs];
         self.enter(self.streams.len(), &zeros);
-        self.push(parameters, &[Stream::Mixed(a, b)])
+        self.push(parameters, &[DerivativeStream::Mixed(a, b)])
     }
 
     /// The outputs of one stream: [row][output].
@@ -175,7 +175,7 @@ impl<T: Real> MlpTape<T> {
     }
 
     /// More streams, side by side, of what has entered; gives the outputs of the last.
-    fn push(&mut self, parameters: &[T], more: &[Stream]) -> &[T] {
+    fn push(&mut self, parameters: &[T], more: &[DerivativeStream]) -> &[T] {
         let first = self.streams.len();
         self.streams.extend_from_slice(more);
         let (n_rows, n_streams) = (self.n_rows, self.streams.len());
@@ -201,7 +201,7 @@ impl<T: Real> MlpTape<T> {
                     let next = &mut next[s * len..(s + 1) * len];
                     layer.activate(self.mlp.activation, biases, s, *stream, len, next);
                 }
-            } else if more[0] == Stream::Value {
+            } else if more[0] == DerivativeStream::Value {
                 for row in out[..len].chunks_exact_mut(shape.outputs) {
                     for (y, b) in row.iter_mut().zip(biases) {
                         *y += *b;
@@ -274,7 +274,7 @@ impl<T: Real> MlpTape<T> {
     }
 
     /// Which streams go back, from the cotangents given; `by_parameters`: whether derivatives by the parameters are asked for.
-    fn way(&self, cotangents: &[T], repeats: bool, by_parameters: bool) -> Way {
+    fn way(&self, cotangents: &[T], repeats: bool, by_parameters: bool) -> BackwardStreams {
         let len = self.n_rows * self.mlp.outputs;
         let n_given = cotangents.len() / len;
         let n_streams = n_given + usize::from(repeats);
@@ -282,13 +282,13 @@ impl<T: Real> MlpTape<T> {
             n_given * len == cotangents.len() && n_streams <= self.streams.len(),
             "cotangents of streams"
         );
-        assert!(!repeats || self.streams[n_given] == Stream::Tangent, "a tangent repeats");
+        assert!(!repeats || self.streams[n_given] == DerivativeStream::Tangent, "a tangent repeats");
         // Without f'' nothing comes from the tangents to values that have no cotangents of their own.
         let are_idle = by_parameters
             && !self.mlp.activation.is_curved()
             && cotangents[..len].iter().all(|c| *c == T::default());
         let remembers = !by_parameters && n_streams == 1;
-        Way { first: usize::from(are_idle), n_given, n_streams, repeats, remembers }
+        BackwardStreams { first: usize::from(are_idle), n_given, n_streams, repeats, remembers }
     }
 
     fn reverse(
@@ -299,7 +299,7 @@ impl<T: Real> MlpTape<T> {
         mut into: Option<ByParameters<'_, T>>,
     ) {
         let way = self.way(cotangents, repeats, into.is_some());
-        let Way { first, n_streams, .. } = way;
+        let BackwardStreams { first, n_streams, .. } = way;
         let Mlp { inputs, outputs, .. } = self.mlp;
         if way.remembers {
             self.seeds.clear();
@@ -330,8 +330,8 @@ impl<T: Real> MlpTape<T> {
     }
 
     /// From the cotangents of the sums of layer `l` to those of the sums of the layer before, or of the inputs.
-    fn reverse_layer(&mut self, parameters: &[T], l: usize, way: Way) {
-        let Way { first, n_given, n_streams, repeats, remembers } = way;
+    fn reverse_layer(&mut self, parameters: &[T], l: usize, way: BackwardStreams) {
+        let BackwardStreams { first, n_given, n_streams, repeats, remembers } = way;
         let shape = &self.shapes[l];
         let [len_above, len_below] = [shape.outputs, shape.inputs].map(|units| self.n_rows * units);
         let [here, before] = &mut self.cotangents;
@@ -358,25 +358,25 @@ impl<T: Real> MlpTape<T> {
     }
 }
 
-impl<T: Real> Layer<T> {
+impl<T: Float> TapeLayer<T> {
     /// Writes the activations of stream `s` from its sums.
     fn activate(
         &mut self,
         activation: Activation,
         biases: &[T],
         s: usize,
-        stream: Stream,
+        stream: DerivativeStream,
         len: usize,
         out: &mut [T],
     ) {
-        if stream == Stream::Value {
+        if stream == DerivativeStream::Value {
             self.d.resize(len, T::default());
             self.dd.resize(len, T::default());
             activation.apply_to_sums(&self.sum[..len], biases, out, &mut self.d, &mut self.dd);
             return;
         }
         let first = match stream {
-            Stream::Mixed(a, b) => Some([part(&self.sum, a, len), part(&self.sum, b, len)]),
+            DerivativeStream::Mixed(a, b) => Some([part(&self.sum, a, len), part(&self.sum, b, len)]),
             _ => None,
         };
         Isa::detect().run(Along { x: part(&self.sum, s, len), d: &self.d, dd: &self.dd, first, out });
@@ -393,7 +393,7 @@ struct Along<'a, T> {
     out: &'a mut [T],
 }
 
-impl<T: Real> WithSimd for Along<'_, T> {
+impl<T: Float> WithSimd for Along<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -418,9 +418,9 @@ impl<T: Real> WithSimd for Along<'_, T> {
 
 /// The reverse pass through an activation; through one without f'' of any streams.
 struct Through<'a, T> {
-    layer: &'a Layer<T>,
+    layer: &'a TapeLayer<T>,
     activation: Activation,
-    streams: &'a [Stream],
+    streams: &'a [DerivativeStream],
     /// Values after the activation come first in it.
     y: &'a [T],
     /// Incoming cotangents of the last stream; those of the others stand where their results go.
@@ -428,7 +428,7 @@ struct Through<'a, T> {
     cotangents: &'a mut [T],
 }
 
-impl<T: Real> WithSimd for Through<'_, T> {
+impl<T: Float> WithSimd for Through<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -449,7 +449,7 @@ impl<T: Real> WithSimd for Through<'_, T> {
                 for i in 0..n {
                     value[i] += dd[i] * x[i] * g[i];
                 }
-                if let Stream::Mixed(a, b) = *stream {
+                if let DerivativeStream::Mixed(a, b) = *stream {
                     let (a, b) = (sum(a), sum(b));
                     for i in 0..n {
                         value[i] += self.activation.third([y[i], d[i], dd[i]]) * a[i] * b[i] * g[i];
@@ -459,7 +459,7 @@ impl<T: Real> WithSimd for Through<'_, T> {
             for s in 1..n_in_place {
                 let (tangents, rest) = others.split_at_mut((s - 1) * n);
                 let own = &mut rest[..n];
-                if let Stream::Mixed(a, b) = self.streams[s] {
+                if let DerivativeStream::Mixed(a, b) = self.streams[s] {
                     let mixed = &own[..n];
                     for (along, other) in [(a, sum(b)), (b, sum(a))] {
                         let along = &mut tangents[(along - 1) * n..][..n];

@@ -17,12 +17,12 @@ const PAIRS: usize = 16;
 const CHUNK: usize = 256;
 
 /// Entries of two columns for every row of a panel.
-type Pair = [[i16; 2]; PANEL];
+type ColumnPair = [[i16; 2]; PANEL];
 
 /// For each panel of [`PANEL`] rows, for each pair of columns, their entries, and the units of the rows.
 #[derive(Debug, Clone)]
 pub(crate) struct ShortPanels {
-    pairs: Vec<Pair>,
+    pairs: Vec<ColumnPair>,
     units: Vec<[f32; PANEL]>,
 }
 
@@ -49,11 +49,9 @@ impl ShortPanels {
             let entry = |r: usize, column: usize| {
                 row(r).get(column).map_or(0, |value| whole(*value, 1.0 / of_rows[r]))
             };
-            pairs.extend(
-                (0..n_columns).step_by(2).map(|column| -> Pair {
-                    std::array::from_fn(|r| [entry(r, column), entry(r, column + 1)])
-                }),
-            );
+            pairs.extend((0..n_columns).step_by(2).map(|column| -> ColumnPair {
+                std::array::from_fn(|r| [entry(r, column), entry(r, column + 1)])
+            }));
             units.push(of_rows);
         }
         Self { pairs, units }
@@ -82,7 +80,7 @@ impl ShortPanels {
 }
 
 /// Adds the products of one panel to `out`, on the widest instruction set there is.
-fn dispatch(pairs: &[Pair], x: &[[i16; 2]], units: [&[f32; PANEL]; 2], out: &mut [f32; PANEL]) {
+fn dispatch(pairs: &[ColumnPair], x: &[[i16; 2]], units: [&[f32; PANEL]; 2], out: &mut [f32; PANEL]) {
     match Arch::new() {
         #[cfg(target_arch = "x86_64")]
         Arch::V4(simd) => simd.vectorize(Product { pairs, x, units, out, sums: simd }),
@@ -93,17 +91,17 @@ fn dispatch(pairs: &[Pair], x: &[[i16; 2]], units: [&[f32; PANEL]; 2], out: &mut
 }
 
 /// Sums over pairs of columns as whole numbers of 32 bits.
-trait Sums: Copy {
-    fn sums(self, pairs: &[Pair], x: &[[i16; 2]]) -> [i32; PANEL];
+trait PairSums: Copy {
+    fn sums(self, pairs: &[ColumnPair], x: &[[i16; 2]]) -> [i32; PANEL];
 }
 
 /// One number at a time.
 #[derive(Clone, Copy)]
 struct Portable;
 
-impl Sums for Portable {
+impl PairSums for Portable {
     #[inline(always)]
-    fn sums(self, pairs: &[Pair], x: &[[i16; 2]]) -> [i32; PANEL] {
+    fn sums(self, pairs: &[ColumnPair], x: &[[i16; 2]]) -> [i32; PANEL] {
         let mut sums = [0; PANEL];
         for (pair, x) in pairs.iter().zip(x) {
             for (sum, w) in sums.iter_mut().zip(pair) {
@@ -115,9 +113,9 @@ impl Sums for Portable {
 }
 
 #[cfg(target_arch = "x86_64")]
-impl Sums for x86::V4 {
+impl PairSums for x86::V4 {
     #[inline(always)]
-    fn sums(self, pairs: &[Pair], x: &[[i16; 2]]) -> [i32; PANEL] {
+    fn sums(self, pairs: &[ColumnPair], x: &[[i16; 2]]) -> [i32; PANEL] {
         let mut sums = [self.avx512f._mm512_setzero_si512(); PANEL / 16];
         for (pair, x) in pairs.iter().zip(x) {
             let x = self.avx512f._mm512_set1_epi32(cast(*x));
@@ -131,9 +129,9 @@ impl Sums for x86::V4 {
 }
 
 #[cfg(target_arch = "x86_64")]
-impl Sums for x86::V3 {
+impl PairSums for x86::V3 {
     #[inline(always)]
-    fn sums(self, pairs: &[Pair], x: &[[i16; 2]]) -> [i32; PANEL] {
+    fn sums(self, pairs: &[ColumnPair], x: &[[i16; 2]]) -> [i32; PANEL] {
         let mut sums = [self.avx._mm256_setzero_si256(); PANEL / 8];
         for (pair, x) in pairs.iter().zip(x) {
             let x = self.avx._mm256_set1_epi32(cast(*x));
@@ -148,7 +146,7 @@ impl Sums for x86::V3 {
 
 /// One panel times some pairs of inputs.
 struct Product<'a, S> {
-    pairs: &'a [Pair],
+    pairs: &'a [ColumnPair],
     x: &'a [[i16; 2]],
     /// Of the rows, and of the inputs.
     units: [&'a [f32; PANEL]; 2],
@@ -156,7 +154,7 @@ struct Product<'a, S> {
     sums: S,
 }
 
-impl<S: Sums> NullaryFnOnce for Product<'_, S> {
+impl<S: PairSums> NullaryFnOnce for Product<'_, S> {
     type Output = ();
 
     #[inline(always)]
@@ -182,7 +180,7 @@ mod tests {
     #[test]
     fn every_instruction_set_has_the_same_sums_and_the_largest_fit() {
         let drawn_number = |k: usize| ((k * 7919) % 16383) as i16 - 8191;
-        let drawn: Vec<Pair> = (0..PAIRS)
+        let drawn: Vec<ColumnPair> = (0..PAIRS)
             .map(|c| std::array::from_fn(|r| [drawn_number(c * PANEL + r), drawn_number(c * 31 + r * 17)]))
             .collect();
         let x: Vec<[i16; 2]> = (0..PAIRS).map(|c| [drawn_number(c + 5), drawn_number(3 * c + 1)]).collect();

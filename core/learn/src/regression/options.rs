@@ -4,7 +4,7 @@ use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::{MAX_EPOCHS, MAX_HIDDEN, MAX_LAYERS, MAX_ROWS, check_counts};
-use crate::{Adam, Architecture, Decay, Head, Schedule};
+use crate::{Adam, Architecture, Decay, HeadActivation, Schedule};
 
 /// Options common to trainings on whole sequences; one cell update a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -59,7 +59,7 @@ impl SequenceOptions {
     /// The network for so many inputs and outputs.
     pub fn architecture(&self, inputs: usize, outputs: usize) -> Architecture {
         let Self { hidden, layers, .. } = *self;
-        Architecture { inputs, hidden, layers, outputs, head: Head::Linear, dropout: 0.0 }
+        Architecture { inputs, hidden, layers, outputs, head: HeadActivation::Linear, dropout: 0.0 }
     }
 
     /// Epochs and step sizes; gradients are no longer than 1.

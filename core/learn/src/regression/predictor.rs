@@ -91,15 +91,21 @@ mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
     use super::*;
-    use crate::{Architecture, ChannelRange, Head};
+    use crate::{Architecture, ChannelRange, HeadActivation};
 
     fn range(name: &str, half: f64) -> Normaliser {
         Normaliser::new(vec![ChannelRange { name: name.to_owned(), min: -half, max: half }]).unwrap()
     }
 
     fn network() -> Network {
-        let architecture =
-            Architecture { inputs: 1, hidden: 4, layers: 1, outputs: 1, head: Head::Linear, dropout: 0.0 };
+        let architecture = Architecture {
+            inputs: 1,
+            hidden: 4,
+            layers: 1,
+            outputs: 1,
+            head: HeadActivation::Linear,
+            dropout: 0.0,
+        };
         Network::new(&architecture, 3).unwrap()
     }
 

@@ -6,7 +6,8 @@ use hysteron_base::rng;
 use rand::RngExt;
 
 use crate::{
-    Backprop, Batch, Error, Memory, Network, Outputs, Result, Schedule, SequenceOptions, Task, Training,
+    Backprop, Error, HeadOutputs, Memory, Network, Result, Schedule, SequenceBatch, SequenceOptions,
+    Training, TrainingTask,
 };
 
 /// Losses, and how many samples they are of.
@@ -101,7 +102,8 @@ impl<'a, S: Sequences> SequenceTask<'a, S> {
         let network = self.passes.place(network)?;
         for samples in truncations(sequences.longest(), self.options.truncation) {
             let inputs = sequences.inputs(samples.clone(), &mut || 0.0);
-            let batch = Batch { inputs: &inputs, steps: samples.len(), rows, outputs: Outputs::All };
+            let batch =
+                SequenceBatch { inputs: &inputs, steps: samples.len(), rows, outputs: HeadOutputs::All };
             let outputs = network.predict(&batch, &mut memory)?;
             all.add(&sequences.evaluate(samples.start, &outputs, None));
         }
@@ -109,7 +111,7 @@ impl<'a, S: Sequences> SequenceTask<'a, S> {
     }
 }
 
-impl<S: Sequences> Task<Network> for SequenceTask<'_, S> {
+impl<S: Sequences> TrainingTask<Network> for SequenceTask<'_, S> {
     type Error = Error;
 
     fn schedule(&self) -> Schedule {
@@ -132,7 +134,8 @@ impl<S: Sequences> Task<Network> for SequenceTask<'_, S> {
         let mut updates = self.passes.updates(training)?;
         for (k, samples) in truncations.enumerate() {
             let inputs = sequences.inputs(samples.clone(), &mut noise);
-            let batch = Batch { inputs: &inputs, steps: samples.len(), rows, outputs: Outputs::All };
+            let batch =
+                SequenceBatch { inputs: &inputs, steps: samples.len(), rows, outputs: HeadOutputs::All };
             updates.step(&batch, &mut memory, |outputs, gradient| {
                 let part = sequences.evaluate(samples.start, outputs, Some(gradient));
                 all.add(&part);

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::{MAX_EPOCHS, MAX_HIDDEN, MAX_LAYERS, MAX_ROWS, check_counts};
 use crate::{
-    Adam, Architecture, Backprop, Batch, Decay, Error, Head, Memory, Network, Normaliser, Outputs, Result,
-    Schedule, Task, Training, mean, mean_squared_error,
+    Adam, Architecture, Backprop, Decay, Error, HeadActivation, HeadOutputs, Memory, Network, Normaliser,
+    Result, Schedule, SequenceBatch, Training, TrainingTask, mean, mean_squared_error,
 };
 
 /// How to train on windows.
@@ -45,7 +45,7 @@ pub struct WindowOptions {
 
 impl WindowOptions {
     /// The network for so many inputs and outputs.
-    pub fn architecture(&self, inputs: usize, outputs: usize, head: Head) -> Architecture {
+    pub fn architecture(&self, inputs: usize, outputs: usize, head: HeadActivation) -> Architecture {
         let Self { hidden, layers, dropout, .. } = *self;
         Architecture { inputs, hidden, layers, outputs, head, dropout }
     }
@@ -115,7 +115,7 @@ pub struct WindowTask<'a> {
 }
 
 /// A path among several, and the last sample of a window in it.
-type End = (usize, usize);
+type WindowEnd = (usize, usize);
 
 impl<'a> WindowTask<'a> {
     /// Learns from `training`; the best weights are chosen by `validation`. `unit` is the unit of the outputs in that of errors,
@@ -165,7 +165,7 @@ impl<'a> WindowTask<'a> {
     pub fn gradient_floor_error(&self, network: &Network) -> Result<f64> {
         let all = self.ends(&self.training);
         let every = all.len().div_ceil(self.options.batch).max(1);
-        let ends: Vec<End> = all.into_iter().step_by(every).collect();
+        let ends: Vec<WindowEnd> = all.into_iter().step_by(every).collect();
         let (inputs, targets) = self.gather(&self.training, &ends);
         let batch = self.batch(&inputs, ends.len());
         let gradient = |floor: f32| {
@@ -182,7 +182,7 @@ impl<'a> WindowTask<'a> {
         Ok(lost / length(&mut whole.iter().flatten().map(|v| f64::from(*v))).max(f64::MIN_POSITIVE))
     }
 
-    fn ends(&self, paths: &[WindowedSequence]) -> Vec<End> {
+    fn ends(&self, paths: &[WindowedSequence]) -> Vec<WindowEnd> {
         let of_path = |(k, path): (usize, &WindowedSequence)| {
             path.ends.iter().step_by(self.options.stride).map(move |&end| (k, end)).collect::<Vec<_>>()
         };
@@ -190,19 +190,19 @@ impl<'a> WindowTask<'a> {
     }
 
     /// Inputs [step][row][channel] and targets [row][channel].
-    fn gather(&self, paths: &[WindowedSequence], ends: &[End]) -> (Vec<f32>, Vec<f32>) {
+    fn gather(&self, paths: &[WindowedSequence], ends: &[WindowEnd]) -> (Vec<f32>, Vec<f32>) {
         let n = self.half_width.len();
         let rows = ends.iter().map(|&(k, end)| (&paths[k].inputs[..], end));
         let targets = ends.iter().flat_map(|&(k, end)| &paths[k].targets[end * n..(end + 1) * n]);
         (windows(rows, self.options.window, self.n_inputs), targets.copied().collect())
     }
 
-    fn batch<'b>(&self, inputs: &'b [f32], rows: usize) -> Batch<'b> {
-        Batch { inputs, steps: self.options.window, rows, outputs: Outputs::Last }
+    fn batch<'b>(&self, inputs: &'b [f32], rows: usize) -> SequenceBatch<'b> {
+        SequenceBatch { inputs, steps: self.options.window, rows, outputs: HeadOutputs::Last }
     }
 }
 
-impl Task<Network> for WindowTask<'_> {
+impl TrainingTask<Network> for WindowTask<'_> {
     type Error = Error;
 
     fn schedule(&self) -> Schedule {
@@ -255,7 +255,7 @@ mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
     use super::*;
-    use crate::{ChannelRange, Session, fit};
+    use crate::{ChannelRange, TrainingSession, fit};
 
     const OPTIONS: WindowOptions = WindowOptions {
         window: 8,
@@ -298,7 +298,7 @@ mod tests {
     }
 
     fn network() -> Network {
-        Network::new(&OPTIONS.architecture(1, 1, Head::Linear), 1).unwrap()
+        Network::new(&OPTIONS.architecture(1, 1, HeadActivation::Linear), 1).unwrap()
     }
 
     #[test]
@@ -309,7 +309,7 @@ mod tests {
         let errors = held.ends.iter().map(|&i| f64::from(held.inputs[i] - held.targets[i]).powi(2));
         let alone = 500.0 * (errors.sum::<f64>() / held.ends.len() as f64).sqrt();
         let mut task = WindowTask::new(&OPTIONS, &network(), &outputs(), 1e3, paths).unwrap();
-        let mut session = Session { file: None, progress: &mut |_| true };
+        let mut session = TrainingSession { file: None, progress: &mut |_| true };
         let found = fit(&mut task, network(), &hysteron_base::json!({}), &mut session).unwrap();
         assert!(found.validation < 0.25 * alone, "{} mm, without a window {alone} mm", found.validation);
     }

@@ -2,16 +2,16 @@
 
 use candle_core::{Device, Tensor};
 
-use super::graph::{Leaves, Operations, Times};
+use super::graph::{Leaves, Operations, SharedTensors};
 use super::{Transformer, TransformerShape};
 use crate::on_device::{OnDevice, best_device};
 use crate::{Error, Result, Training};
 
 /// Where candle computes what is not computed by the fused passes.
 #[derive(Debug, Clone)]
-pub struct Card(Device);
+pub struct DeviceCard(Device);
 
-impl Card {
+impl DeviceCard {
     /// The first NVIDIA card; none without the feature `cuda`, or where CUDA shows no card.
     ///
     /// # Errors
@@ -42,7 +42,7 @@ pub struct CardUpdates {
     card: Device,
     shape: TransformerShape,
     state: OnDevice,
-    times: Option<Times>,
+    times: Option<SharedTensors>,
     /// The parameters of the last pass as variables, and its outputs.
     pass: Option<(Leaves, Tensor)>,
 }
@@ -56,7 +56,7 @@ impl CardUpdates {
         let n = inputs.len() / (rows * self.shape.inputs);
         let inputs = Tensor::from_slice(inputs, (n, rows, self.shape.inputs), &self.card)?;
         let (shape, weights) = (&self.shape, self.state.weights());
-        let times = Times::again(self.times.take(), shape, n, &inputs)?;
+        let times = SharedTensors::again(self.times.take(), shape, n, &inputs)?;
         let leaves = Leaves::new(shape, weights)?;
         let outputs = Operations { shape, leaves: &leaves, times: &times }.run(&inputs)?;
         let values = outputs.flatten_all()?.to_vec1()?;
@@ -99,9 +99,9 @@ mod tests {
     use rand::RngExt;
 
     use super::super::tests::shape;
-    use super::super::{Block, Form, TransformerTape};
+    use super::super::{BlockKind, TemporalForm, TransformerTape};
     use super::*;
-    use crate::{Adam, Model, Penalty, mean_squared_error};
+    use crate::{Adam, Penalty, TrainableModel, mean_squared_error};
 
     const ROWS: usize = 5;
     const UPDATES: u64 = 10;
@@ -116,7 +116,7 @@ mod tests {
         (0..n).map(|_| stream.random_range(-1.0..1.0)).collect()
     }
 
-    fn training(block: Block, form: Form) -> Training<Transformer<f32>> {
+    fn training(block: BlockKind, form: TemporalForm) -> Training<Transformer<f32>> {
         let adam = Adam {
             learning_rate: RATE,
             epsilon: 1.0,
@@ -130,7 +130,7 @@ mod tests {
 
     /// Inputs of an update, and its targets.
     fn batch(shape: &TransformerShape, update: u64) -> (usize, Vec<f32>, Vec<f32>) {
-        let (n, results) = if shape.form == Form::Window { (shape.tokens, 1) } else { (13, 13) };
+        let (n, results) = if shape.form == TemporalForm::Window { (shape.tokens, 1) } else { (13, 13) };
         let inputs = uniform(&format!("inputs {update}"), n * ROWS * shape.inputs);
         (n, inputs, uniform(&format!("targets {update}"), results * ROWS * shape.outputs()))
     }
@@ -153,7 +153,7 @@ mod tests {
         (0..UPDATES).map(update).collect()
     }
 
-    fn on_card(card: &Card, training: &mut Training<Transformer<f32>>) -> Vec<f64> {
+    fn on_card(card: &DeviceCard, training: &mut Training<Transformer<f32>>) -> Vec<f64> {
         let mut updates = card.updates(training).unwrap();
         let update = |update| {
             let (_, inputs, targets) = batch(training.model().shape(), update);
@@ -178,9 +178,11 @@ mod tests {
     /// On a card where the program is built for one and there is one, and else on the processor.
     #[test]
     fn a_training_on_the_card_is_that_by_the_fused_passes() {
-        let card = Card::first().unwrap().unwrap_or_else(Card::emulated);
-        let (pre, post) = (Block::GatedPreNorm, Block::ScaledPostNorm);
-        for (block, form) in [(pre, Form::Streaming), (pre, Form::Window), (post, Form::Window)] {
+        let card = DeviceCard::first().unwrap().unwrap_or_else(DeviceCard::emulated);
+        let (pre, post) = (BlockKind::GatedPreNorm, BlockKind::ScaledPostNorm);
+        for (block, form) in
+            [(pre, TemporalForm::Streaming), (pre, TemporalForm::Window), (post, TemporalForm::Window)]
+        {
             let [mut host, mut device] = [(); 2].map(|()| training(block, form));
             let first = host.model().parameters().to_vec();
             let losses = [on_host(&mut host), on_card(&card, &mut device)];

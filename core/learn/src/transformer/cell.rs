@@ -13,8 +13,8 @@ use std::ops::Range;
 
 use super::kernels::{add_scaled, sigmoid};
 use super::linear::{Linear, linear_gradient};
-use super::shape::{Block, TransformerShape};
-use crate::Real;
+use super::shape::{BlockKind, TransformerShape};
+use crate::Float;
 
 /// Values and derivatives of recurrent layers in the forward and backward passes, for every token.
 #[derive(Debug, Clone, Default)]
@@ -38,27 +38,27 @@ pub(super) struct CellTape<T> {
     d_cell: Vec<T>,
 }
 
-fn tanh<T: Real>(x: T) -> T {
+fn tanh<T: Float>(x: T) -> T {
     T::of(2.0) * sigmoid(T::of(2.0) * x) - T::of(1.0)
 }
 
 /// z, r, n and h of a unit from its projections A and B and the hidden state before.
-pub(super) fn gru<T: Real>([a_z, a_r, a_n]: [T; 3], [b_z, b_r, b_n]: [T; 3], before: T) -> [T; 4] {
+pub(super) fn gru<T: Float>([a_z, a_r, a_n]: [T; 3], [b_z, b_r, b_n]: [T; 3], before: T) -> [T; 4] {
     let [z, r] = [sigmoid(a_z + b_z), sigmoid(a_r + b_r)];
     let n = tanh(a_n + r * b_n);
     [z, r, n, n + z * (before - n)]
 }
 
 /// i, f, o, g, c, tanh c and h of a unit from A + B and the cell before.
-pub(super) fn lstm<T: Real>([i, f, o, g]: [T; 4], past: T) -> [T; 7] {
+pub(super) fn lstm<T: Float>([i, f, o, g]: [T; 4], past: T) -> [T; 7] {
     let ([i, f, o], g) = ([i, f, o].map(sigmoid), tanh(g));
     let c = f * past + i * g;
     let bent = tanh(c);
     [i, f, o, g, c, bent, o * bent]
 }
 
-impl<T: Real> CellTape<T> {
-    pub fn new(block: Block, width: usize, n_rows: usize) -> Self {
+impl<T: Float> CellTape<T> {
+    pub fn new(block: BlockKind, width: usize, n_rows: usize) -> Self {
         let Some(gates) = block.gates() else { return Self::default() };
         let [one, all] = [width, gates * width].map(|n| vec![T::default(); n_rows * n]);
         Self {
@@ -85,7 +85,7 @@ impl<T: Real> CellTape<T> {
 
 /// A recurrent layer's parameters with their layout.
 #[derive(Clone, Copy)]
-pub(super) struct Cell<'a, T> {
+pub(super) struct RecurrentCell<'a, T> {
     pub shape: &'a TransformerShape,
     /// Projections of the token and of the state before.
     pub token: Linear<'a, T>,
@@ -94,7 +94,7 @@ pub(super) struct Cell<'a, T> {
     pub rows: usize,
 }
 
-impl<T: Real> Cell<'_, T> {
+impl<T: Float> RecurrentCell<'_, T> {
     /// From the tokens `x` of all steps to hidden states `y`, at these steps.
     pub fn forward(&self, steps: Range<usize>, x: &[T], t: &mut CellTape<T>, y: &mut [T]) {
         let (d, rows) = (self.shape.width, self.rows);
@@ -124,7 +124,7 @@ impl<T: Real> Cell<'_, T> {
         let gates = &mut t.gates[row * wide..][..wide];
         for k in 0..d {
             let at = row * d + k;
-            if self.shape.block == Block::Gru {
+            if self.shape.block == BlockKind::Gru {
                 let [a, b] = [token, state].map(|of| [0, 1, 2].map(|j: usize| of[j * d + k]));
                 let [z, r, n, h] = gru(a, b, t.before[at]);
                 (gates[k], gates[d + k], gates[2 * d + k]) = (z, r, n);
@@ -170,7 +170,7 @@ impl<T: Real> Cell<'_, T> {
         let open = |gate: T| gate * (one - gate);
         for k in 0..d {
             let (at, dh) = (row * d + k, t.d_hidden[row * d + k]);
-            if self.shape.block == Block::Gru {
+            if self.shape.block == BlockKind::Gru {
                 let [z, r, n] = [0, 1, 2].map(|j: usize| gates[j * d + k]);
                 let by_n = dh * (one - z) * (one - n * n);
                 let by_r = by_n * t.state[row * wide + 2 * d + k] * open(r);
@@ -192,7 +192,7 @@ impl<T: Real> Cell<'_, T> {
                 by_before[k] = T::default();
             }
         }
-        if self.shape.block == Block::Lstm {
+        if self.shape.block == BlockKind::Lstm {
             d_state.copy_from_slice(d_token);
         }
     }

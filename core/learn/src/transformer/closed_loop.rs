@@ -6,16 +6,16 @@
 use std::ops::Range;
 
 use super::network::Transformer;
-use super::shape::Form;
-use super::tape_pool::{Lent, TapePool};
-use crate::Real;
+use super::shape::TemporalForm;
+use super::tape_pool::{PooledTape, TapePool};
+use crate::Float;
 
 /// The system that a network drives: some plants of one kind side by side, each with a state, and the
 /// network's observations of them.
 ///
 /// `step` counts from the first step of a rollout. Every function has its vector-Jacobian product next to it;
 /// those add to their outputs.
-pub trait Plant<T> {
+pub trait PlantBatch<T> {
     /// Systems side by side (rows).
     fn rows(&self) -> usize;
 
@@ -54,7 +54,7 @@ pub struct ClosedLoop<'a, P, T> {
     horizon: usize,
     /// Context of the streaming form: steps before the first.
     context: usize,
-    tape: Lent<'a, T>,
+    tape: PooledTape<'a, T>,
     /// ((horizon + 1) × rows × state).
     states: Vec<f64>,
     /// (horizon × rows × outputs).
@@ -62,7 +62,7 @@ pub struct ClosedLoop<'a, P, T> {
     tokens: Vec<T>,
 }
 
-impl<'a, P: Plant<T>, T: Real> ClosedLoop<'a, P, T> {
+impl<'a, P: PlantBatch<T>, T: Float> ClosedLoop<'a, P, T> {
     /// Rollouts of `horizon` steps, on a tape from `tapes` where there are any.
     pub fn new(
         plant: P,
@@ -71,11 +71,11 @@ impl<'a, P: Plant<T>, T: Real> ClosedLoop<'a, P, T> {
     ) -> Self {
         let (shape, rows) = (network.shape(), plant.rows());
         let (context, room) = match shape.form {
-            Form::Window => (0, shape.tokens),
-            Form::Streaming => (shape.tokens - 1, shape.tokens - 1 + horizon),
+            TemporalForm::Window => (0, shape.tokens),
+            TemporalForm::Streaming => (shape.tokens - 1, shape.tokens - 1 + horizon),
         };
         Self {
-            tape: Lent::of(tapes, shape, (room, rows)),
+            tape: PooledTape::of(tapes, shape, (room, rows)),
             states: vec![0.0; (horizon + 1) * rows * plant.state_len()],
             outputs: vec![T::default(); horizon * rows * shape.outputs()],
             tokens: vec![T::default(); shape.tokens * rows * shape.inputs],
@@ -111,8 +111,8 @@ impl<'a, P: Plant<T>, T: Real> ClosedLoop<'a, P, T> {
     fn pass(&self, step: usize) -> (Range<isize>, Range<usize>) {
         let (tokens, now) = (self.network.shape().tokens as isize, step as isize);
         match self.network.shape().form {
-            Form::Window => (now + 1 - tokens..now + 1, 0..self.network.shape().tokens),
-            Form::Streaming => (now..now + 1, self.context + step..self.context + step + 1),
+            TemporalForm::Window => (now + 1 - tokens..now + 1, 0..self.network.shape().tokens),
+            TemporalForm::Streaming => (now..now + 1, self.context + step..self.context + step + 1),
         }
     }
 
@@ -156,7 +156,7 @@ impl<'a, P: Plant<T>, T: Real> ClosedLoop<'a, P, T> {
     pub fn pull_back(&mut self, loss: &mut StepLoss<'_>, gradient: &mut [Vec<T>]) -> Vec<f64> {
         let (width, n) = self.widths();
         let [mut by_states, mut by_outputs] = self.loss_gradient(loss);
-        let is_streaming = self.network.shape().form == Form::Streaming;
+        let is_streaming = self.network.shape().form == TemporalForm::Streaming;
         self.tape.clear_gradients();
         for step in (0..self.horizon).rev() {
             let (before, after) = by_states.split_at_mut((step + 1) * width);

@@ -5,7 +5,7 @@ use hysteron_base::rng;
 use rand::RngExt;
 
 use super::*;
-use crate::Model;
+use crate::TrainableModel;
 
 const ROWS: usize = 3;
 const HORIZON: usize = 7;
@@ -15,7 +15,7 @@ const B: [f64; 2] = [0.5, 1.5];
 /// x⁺ = A x + B y; the network's inputs are x and, from a recording, the number of the step.
 struct Linear;
 
-impl Plant<f64> for Linear {
+impl PlantBatch<f64> for Linear {
     fn rows(&self) -> usize {
         ROWS
     }
@@ -60,11 +60,11 @@ fn uniform(name: &str, n: usize) -> Vec<f64> {
     (0..n).map(|_| stream.random_range(-1.0..1.0)).collect()
 }
 
-fn network(form: Form) -> Transformer<f64> {
-    with_block(Block::GatedPreNorm, form)
+fn network(form: TemporalForm) -> Transformer<f64> {
+    with_block(BlockKind::GatedPreNorm, form)
 }
 
-fn with_block(block: Block, form: Form) -> Transformer<f64> {
+fn with_block(block: BlockKind, form: TemporalForm) -> Transformer<f64> {
     let shape = TransformerShape {
         inputs: 3,
         heads: vec![1],
@@ -87,7 +87,7 @@ fn with_block(block: Block, form: Form) -> Transformer<f64> {
 
 #[test]
 fn a_constant_input_to_a_linear_plant_has_the_gradient_in_closed_form() {
-    for form in [Form::Window, Form::Streaming] {
+    for form in [TemporalForm::Window, TemporalForm::Streaming] {
         let mut network = network(form);
         let [weight, bias] = network.layout.heads[0].clone();
         let head = network.parameters_mut().last_mut().unwrap();
@@ -150,8 +150,9 @@ fn gradients_through_network_and_plant_are_derivatives() {
     /// Error of the central difference: about STEP² and 1e-16/STEP, relative to the largest derivative.
     const STEP: f64 = 1e-5;
     const ACC: f64 = 1e-8;
-    let published = [Form::Window, Form::Streaming].map(|form| (Block::GatedPreNorm, form));
-    let recurrent = [Block::Gru, Block::Lstm].map(|block| (block, Form::Streaming));
+    let published =
+        [TemporalForm::Window, TemporalForm::Streaming].map(|form| (BlockKind::GatedPreNorm, form));
+    let recurrent = [BlockKind::Gru, BlockKind::Lstm].map(|block| (block, TemporalForm::Streaming));
     for (block, form) in published.into_iter().chain(recurrent) {
         let (network, initial) = (with_block(block, form), uniform("initial", 2 * ROWS));
         let (_, gradient, by_initial) = weighted(&network, &initial);

@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
-use crate::Real;
+use crate::Float;
 
 /// Rows up to which products are made so; with more a general product has its panels used often enough.
 pub(super) const FEW: usize = 24;
@@ -18,7 +18,7 @@ const MAX_WIDTH: usize = ACROSS * 16;
 /// A matrix in panels as wide as two registers: for each panel, for each row of the matrix, the entries of its columns. The last panel is
 /// filled up with zeros.
 #[derive(Debug, Clone)]
-pub(super) struct Panels<T> {
+pub(super) struct RegisterPanels<T> {
     entries: Vec<T>,
     size: [usize; 2],
 }
@@ -35,7 +35,7 @@ impl<T> WithSimd for Wide<T> {
     }
 }
 
-impl<T: Real> Panels<T> {
+impl<T: Float> RegisterPanels<T> {
     /// Of `size` rows and columns, `entry` by `entry`.
     pub fn new(size: [usize; 2], entry: impl Fn(usize, usize) -> T) -> Self {
         let [n_rows, n_columns] = size;
@@ -57,12 +57,12 @@ impl<T: Real> Panels<T> {
 }
 
 struct MultiplyAdd<'a, T> {
-    panels: &'a Panels<T>,
+    panels: &'a RegisterPanels<T>,
     x: &'a [T],
     out: &'a mut [T],
 }
 
-impl<T: Real> MultiplyAdd<'_, T> {
+impl<T: Float> MultiplyAdd<'_, T> {
     /// `R` rows from `first` on, with one panel whose columns begin at `column`; how many that were.
     #[inline(always)]
     fn some<S: Simd, const R: usize>(
@@ -96,7 +96,7 @@ impl<T: Real> MultiplyAdd<'_, T> {
     }
 }
 
-impl<T: Real> WithSimd for MultiplyAdd<'_, T> {
+impl<T: Float> WithSimd for MultiplyAdd<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -131,7 +131,7 @@ mod tests {
             let entry = |row: usize, column: usize| number(row * n_columns + column);
             let x: Vec<f64> = (0..n_rows * n).map(|k| number(3 * k + 1)).collect();
             let mut out: Vec<f64> = (0..n_rows * n_columns).map(number).collect();
-            Panels::new([n, n_columns], entry).multiply_add(&x, &mut out);
+            RegisterPanels::new([n, n_columns], entry).multiply_add(&x, &mut out);
             for (at, found) in out.iter().enumerate() {
                 let (row, column) = (at / n_columns, at % n_columns);
                 let sum: f64 = (0..n).map(|k| x[row * n + k] * entry(k, column)).sum();

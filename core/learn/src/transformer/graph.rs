@@ -5,16 +5,16 @@ use candle_core::backprop::GradStore;
 use candle_core::{D, Device, Result, Tensor, Var, WithDType};
 use candle_nn::ops::sigmoid;
 
-use super::{Block, Form, Transformer, TransformerShape};
-use crate::on_device::{Gradients, Weights, derivative};
-use crate::{Error, Model, Real, TensorShape};
+use super::{BlockKind, TemporalForm, Transformer, TransformerShape};
+use crate::on_device::{DeviceGradients, DeviceWeights, derivative};
+use crate::{Error, Float, TensorShape, TrainableModel};
 
 /// A [`Transformer`] as a graph of candle, on the processor.
 pub struct TransformerGraph {
     shape: TransformerShape,
     rows: usize,
     leaves: Leaves,
-    times: Option<Times>,
+    times: Option<SharedTensors>,
     /// Inputs of the last pass, and its outputs, time-major.
     pass: Option<(Var, Tensor)>,
 }
@@ -24,9 +24,9 @@ impl TransformerGraph {
     ///
     /// # Errors
     /// candle refuses.
-    pub fn new<T: Real + WithDType>(network: &Transformer<T>, rows: usize) -> crate::Result<Self> {
+    pub fn new<T: Float + WithDType>(network: &Transformer<T>, rows: usize) -> crate::Result<Self> {
         let shape = network.shape().clone();
-        let leaves = Leaves::new(&shape, &Weights::new(&Device::Cpu, network.parameters())?)?;
+        let leaves = Leaves::new(&shape, &DeviceWeights::new(&Device::Cpu, network.parameters())?)?;
         Ok(Self { shape, rows, leaves, times: None, pass: None })
     }
 
@@ -37,7 +37,7 @@ impl TransformerGraph {
     pub fn forward<T: WithDType>(&mut self, inputs: &[T]) -> crate::Result<Vec<T>> {
         let n = inputs.len() / (self.rows * self.shape.inputs);
         let given = Var::from_slice(inputs, (n, self.rows, self.shape.inputs), &Device::Cpu)?;
-        let times = Times::again(self.times.take(), &self.shape, n, &given)?;
+        let times = SharedTensors::again(self.times.take(), &self.shape, n, &given)?;
         let outputs = Operations { shape: &self.shape, leaves: &self.leaves, times: &times }.run(&given)?;
         let values = outputs.flatten_all()?.to_vec1()?;
         (self.times, self.pass) = (Some(times), Some((given, outputs)));
@@ -69,7 +69,7 @@ impl Leaves {
     ///
     /// # Errors
     /// candle refuses.
-    pub fn new(shape: &TransformerShape, weights: &Weights) -> Result<Self> {
+    pub fn new(shape: &TransformerShape, weights: &DeviceWeights) -> Result<Self> {
         let of_vector = |(tensors, values): (&Vec<TensorShape>, &Var)| {
             let values = values.as_detached_tensor();
             let mut start = 0;
@@ -88,11 +88,11 @@ impl Leaves {
     ///
     /// # Errors
     /// candle refuses.
-    pub fn gradients(&self, found: &GradStore) -> Result<Gradients> {
+    pub fn gradients(&self, found: &GradStore) -> Result<DeviceGradients> {
         let of_array = |(_, own): &(String, Var)| derivative(found, own)?.flatten_all();
         let of_vector =
             |own: &Vec<(String, Var)>| Tensor::cat(&own.iter().map(of_array).collect::<Result<Vec<_>>>()?, 0);
-        Ok(Gradients::new(self.0.iter().map(of_vector).collect::<Result<_>>()?))
+        Ok(DeviceGradients::new(self.0.iter().map(of_vector).collect::<Result<_>>()?))
     }
 
     fn find(&self, vector: usize, name: &str) -> Option<&Tensor> {
@@ -102,7 +102,7 @@ impl Leaves {
 
 /// Tensors that sequences of so many steps share, on the device.
 #[derive(Debug)]
-pub(super) struct Times {
+pub(super) struct SharedTensors {
     /// Lag of every step before every step (n · n), and the mask added to scores (n × n): a large negative
     /// number where attention is masked out. By definition, number by number.
     lags: Tensor,
@@ -111,7 +111,7 @@ pub(super) struct Times {
     pooling: Tensor,
 }
 
-impl Times {
+impl SharedTensors {
     /// Those `before` for sequences of `n` steps, or new ones, where the inputs are.
     ///
     /// # Errors
@@ -130,12 +130,12 @@ impl Times {
         let lags: Vec<u32> =
             (0..n * n).map(|i| if sees(i / n, i % n) { (i / n - i % n) as u32 } else { 0 }).collect();
         let pooling = match shape.form {
-            Form::Window => table(&|_, _| 1.0 / n as f64, 1)?,
+            TemporalForm::Window => table(&|_, _| 1.0 / n as f64, 1)?,
             // A recurrent layer's last token knows of the others.
-            Form::Streaming if matches!(shape.block, Block::Gru | Block::Lstm) => {
+            TemporalForm::Streaming if matches!(shape.block, BlockKind::Gru | BlockKind::Lstm) => {
                 table(&|q, k| f64::from(u8::from(q == k)), n)?
             }
-            Form::Streaming => {
+            TemporalForm::Streaming => {
                 let seen = |q: usize| (q + 1).min(shape.tokens) as f64;
                 table(&|q, k| if sees(q, k) { 1.0 / seen(q) } else { 0.0 }, n)?
             }
@@ -157,7 +157,7 @@ impl Times {
 pub(super) struct Operations<'a> {
     pub shape: &'a TransformerShape,
     pub leaves: &'a Leaves,
-    pub times: &'a Times,
+    pub times: &'a SharedTensors,
 }
 
 impl Operations<'_> {
@@ -175,7 +175,7 @@ impl Operations<'_> {
         for layer in 0..shape.layers {
             x = self.layer(layer, &x)?;
         }
-        if shape.block == Block::GatedPreNorm {
+        if shape.block == BlockKind::GatedPreNorm {
             x = self.norm(last, "norm", &x)?;
         }
         // (width × rows · steps) times the transposed pooling: one product for all rows.
@@ -225,7 +225,7 @@ impl Operations<'_> {
         let (d, heads) = (self.shape.width, self.shape.attention_heads);
         let (rows, n, _) = x.dims3()?;
         let all = self.linear(1 + layer, "attention", x)?;
-        let is_gated = self.shape.block == Block::GatedPreNorm;
+        let is_gated = self.shape.block == BlockKind::GatedPreNorm;
         let first = if is_gated { 2 * d } else { d };
         let part = |at: usize| {
             let part = all.narrow(2, at, d)?.reshape((rows, n, heads, d / heads))?;
@@ -248,12 +248,12 @@ impl Operations<'_> {
     fn layer(&self, layer: usize, x: &Tensor) -> Result<Tensor> {
         let at = 1 + layer;
         match self.shape.block {
-            Block::GatedPreNorm => {
+            BlockKind::GatedPreNorm => {
                 let x = (x + self.attention(layer, &self.norm(at, "norm1", x)?)?)?;
                 let hidden = gelu(&self.linear(at, "feed_forward", &self.norm(at, "norm2", &x)?)?)?;
                 &x + self.linear(at, "feed_forward.out", &hidden)?
             }
-            Block::ScaledPostNorm => {
+            BlockKind::ScaledPostNorm => {
                 let scale = |k: usize| self.tensor(at, "scales")?.narrow(0, k, 1);
                 let seen = self.attention(layer, x)?.broadcast_mul(&scale(0)?)?;
                 let x = self.norm(at, "norm1", &(x + seen)?)?;
@@ -261,7 +261,7 @@ impl Operations<'_> {
                 let added = self.linear(at, "feed_forward.out", &hidden)?.broadcast_mul(&scale(1)?)?;
                 self.norm(at, "norm2", &(x + added)?)
             }
-            Block::Gru | Block::Lstm => self.remembered(at, x),
+            BlockKind::Gru | BlockKind::Lstm => self.remembered(at, x),
         }
     }
 
@@ -276,7 +276,7 @@ impl Operations<'_> {
             let state = self.linear(at, "cell.state", &h)?;
             let of = |from: &Tensor, k: usize| from.narrow(1, k * d, d);
             let sum = |k: usize| of(&token, k)? + of(&state, k)?;
-            if self.shape.block == Block::Gru {
+            if self.shape.block == BlockKind::Gru {
                 let (z, r) = (sigmoid(&sum(0)?)?, sigmoid(&sum(1)?)?);
                 let new = (of(&token, 2)? + (r * of(&state, 2)?)?)?.tanh()?;
                 h = (((1.0 - &z)? * new)? + (z * h)?)?;

@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use crate::Real;
+use crate::Float;
 
 /// Partial sums that a register holds side by side.
 const WIDE: usize = 16;
@@ -13,7 +13,7 @@ const EPSILON: f64 = 1e-5;
 
 /// Σ a b, in sixteen partial sums.
 #[inline(always)]
-pub(super) fn dot<T: Real>(a: &[T], b: &[T]) -> T {
+pub(super) fn dot<T: Float>(a: &[T], b: &[T]) -> T {
     let (a, a_rest) = a.as_chunks::<WIDE>();
     let (b, b_rest) = b.as_chunks::<WIDE>();
     let mut sums = [T::default(); WIDE];
@@ -27,7 +27,7 @@ pub(super) fn dot<T: Real>(a: &[T], b: &[T]) -> T {
 
 /// The sum of partial sums, half onto half: one after the other each addition would wait for the one before.
 #[inline(always)]
-fn folded<T: Real>(mut sums: [T; WIDE]) -> T {
+fn folded<T: Float>(mut sums: [T; WIDE]) -> T {
     let mut n = WIDE / 2;
     while n > 0 {
         for l in 0..n {
@@ -40,14 +40,14 @@ fn folded<T: Real>(mut sums: [T; WIDE]) -> T {
 
 /// y += s x.
 #[inline(always)]
-pub(super) fn add_scaled<T: Real>(y: &mut [T], s: T, x: &[T]) {
+pub(super) fn add_scaled<T: Float>(y: &mut [T], s: T, x: &[T]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y += s * *x;
     }
 }
 
 #[inline(always)]
-pub(super) fn sigmoid<T: Real>(x: T) -> T {
+pub(super) fn sigmoid<T: Float>(x: T) -> T {
     T::of(1.0) / (T::of(1.0) + (-x).exponential())
 }
 
@@ -56,7 +56,13 @@ pub(super) fn sigmoid<T: Real>(x: T) -> T {
 /// # Reference
 /// Ba, Kiros, Hinton (2016), Layer normalization.
 #[inline(always)]
-pub(super) fn norm<T: Real>(x: &[T], [weight, bias]: [&[T]; 2], unit: &mut [T], rate: &mut [T], y: &mut [T]) {
+pub(super) fn norm<T: Float>(
+    x: &[T],
+    [weight, bias]: [&[T]; 2],
+    unit: &mut [T],
+    rate: &mut [T],
+    y: &mut [T],
+) {
     let d = weight.len();
     let per = T::of(1.0 / d as f64);
     let rows = x.chunks_exact(d).zip(unit.chunks_exact_mut(d)).zip(y.chunks_exact_mut(d));
@@ -74,7 +80,7 @@ pub(super) fn norm<T: Real>(x: &[T], [weight, bias]: [&[T]; 2], unit: &mut [T], 
 }
 
 #[inline(always)]
-fn sum<T: Real>(x: &[T]) -> T {
+fn sum<T: Float>(x: &[T]) -> T {
     let (x, rest) = x.as_chunks::<WIDE>();
     let mut sums = [T::default(); WIDE];
     for x in x {
@@ -87,7 +93,7 @@ fn sum<T: Real>(x: &[T]) -> T {
 
 /// Adds to `dx` what `dy` gives through [`norm`], and to the gradients of its weight and bias.
 #[inline(always)]
-pub(super) fn norm_back<T: Real>(
+pub(super) fn norm_back<T: Float>(
     [unit, rate, dy]: [&[T]; 3],
     weight: &[T],
     dx: &mut [T],
@@ -128,7 +134,7 @@ const GELU: [f64; 2] = [1.595_769_121_605_730_8, 0.044_715];
 
 /// x σ(w(x)) with its derivative: GELU in its tanh form, w = 2√(2/π)(x + 0.044715 x³) (Hendrycks, Gimpel 2016).
 #[inline(always)]
-pub(super) fn gelu<T: Real>(x: T) -> [T; 2] {
+pub(super) fn gelu<T: Float>(x: T) -> [T; 2] {
     let [a, b] = GELU.map(T::of);
     let square = x * x;
     let s = sigmoid(a * (x + b * x * square));
@@ -138,7 +144,7 @@ pub(super) fn gelu<T: Real>(x: T) -> [T; 2] {
 
 /// x σ(x) with its derivative.
 #[inline(always)]
-pub(super) fn silu<T: Real>(x: T) -> [T; 2] {
+pub(super) fn silu<T: Float>(x: T) -> [T; 2] {
     let s = sigmoid(x);
     [x * s, s + x * s * (T::of(1.0) - s)]
 }
@@ -158,7 +164,7 @@ pub(super) struct Attention<'a, T> {
     pub window: usize,
 }
 
-impl<T: Real> Attention<'_, T> {
+impl<T: Float> Attention<'_, T> {
     /// Where the projections of token `s` of sequence `r` begin.
     fn row(&self, s: usize, r: usize) -> usize {
         (s * self.rows + r) * self.projected
@@ -262,7 +268,7 @@ impl<T: Real> Attention<'_, T> {
 
 /// Scores become weights whose sum is one.
 #[inline(always)]
-fn soft_max<T: Real>(weights: &mut [T]) {
+fn soft_max<T: Float>(weights: &mut [T]) {
     let most = weights.iter().fold(T::of(f64::NEG_INFINITY), |most, weight| most.larger(*weight));
     weights.iter_mut().for_each(|weight| *weight = (*weight - most).exponential());
     let per = T::of(1.0) / weights.iter().copied().sum::<T>();

@@ -5,12 +5,12 @@
 
 use std::ops::Range;
 
-use super::cell::{Cell, CellTape};
+use super::cell::{CellTape, RecurrentCell};
 use super::kernels::{Attention, add_scaled, dot, gelu, norm, norm_back, sigmoid, silu};
 use super::linear::{Linear, Packed, linear_gradient};
 use super::network::Transformer;
-use super::shape::{Block, Form, LayerLayout, TransformerShape};
-use crate::{Model, Real};
+use super::shape::{BlockKind, LayerLayout, TemporalForm, TransformerShape};
+use crate::{Float, TrainableModel};
 
 /// Values and derivatives of a layer in the forward and backward passes, for every token.
 #[derive(Debug, Clone, Default)]
@@ -54,16 +54,16 @@ pub(super) struct Layer<'a, T> {
     pub rows: usize,
 }
 
-impl<'a, T: Real> Layer<'a, T> {
+impl<'a, T: Float> Layer<'a, T> {
     pub fn of(network: &'a Transformer<T>, layer: usize, rows: usize) -> Self {
         let (parameters, packed) = (&network.parameters()[1 + layer], &network.packed()[1 + layer]);
         Self { shape: network.shape(), layout: &network.layout.layer, parameters, packed, rows }
     }
 
     /// The recurrent cell that replaces attention in a layer with a state of its own.
-    fn cell(&self) -> Cell<'a, T> {
+    fn cell(&self) -> RecurrentCell<'a, T> {
         let [token, state] = [0, 1].map(|k| self.linear(k));
-        Cell { shape: self.shape, token, state, rows: self.rows }
+        RecurrentCell { shape: self.shape, token, state, rows: self.rows }
     }
 
     fn pair(&self, [weight, bias]: &[Range<usize>; 2]) -> [&'a [T]; 2] {
@@ -94,8 +94,8 @@ impl<'a, T: Real> Layer<'a, T> {
     /// The tokens that token `query` attends to.
     fn seen(&self, query: usize) -> Range<usize> {
         match self.shape.form {
-            Form::Window => 0..self.shape.tokens,
-            Form::Streaming => (query + 1).saturating_sub(self.shape.tokens)..query + 1,
+            TemporalForm::Window => 0..self.shape.tokens,
+            TemporalForm::Streaming => (query + 1).saturating_sub(self.shape.tokens)..query + 1,
         }
     }
 
@@ -108,7 +108,7 @@ impl<'a, T: Real> Layer<'a, T> {
         let (d, f, p) = (self.shape.width, self.shape.feed_forward, self.shape.projected());
         let part = |width: usize| steps.start * self.rows * width..steps.end * self.rows * width;
         let (tokens, wide, one) = (part(d), part(f), part(1));
-        let is_pre = self.shape.block == Block::GatedPreNorm;
+        let is_pre = self.shape.block == BlockKind::GatedPreNorm;
         let [first, second] = [0, 1].map(|k: usize| self.pair(&self.layout.norm[k]));
         let [w_in, w_out, w_up, w_down] = [0, 1, 2, 3].map(|k| self.linear(k));
         let x = &x[tokens.clone()];
@@ -158,7 +158,7 @@ impl<'a, T: Real> Layer<'a, T> {
                 let weights = &mut t.weights[row * of_row..][..of_row];
                 let (context, gated) = (&mut t.context[row * d..][..d], &mut t.gated[row * d..][..d]);
                 attention.look(&t.projections, (s, r), self.seen(s), weights, context);
-                if self.shape.block == Block::GatedPreNorm {
+                if self.shape.block == BlockKind::GatedPreNorm {
                     let gates = &mut t.projections[row * p + d..][..d];
                     for ((gated, gate), context) in gated.iter_mut().zip(gates).zip(context) {
                         *gate = sigmoid(*gate);
@@ -183,7 +183,7 @@ impl<'a, T: Real> Layer<'a, T> {
         let part = |width: usize| steps.start * self.rows * width..steps.end * self.rows * width;
         let (tokens, wide, one) = (part(d), part(f), part(1));
         let n = dy.len();
-        let is_pre = self.shape.block == Block::GatedPreNorm;
+        let is_pre = self.shape.block == BlockKind::GatedPreNorm;
         let [w_in, w_out, w_up, w_down] = [0, 1, 2, 3].map(|k| self.linear(k));
         let norms = [0, 1].map(|k: usize| self.pair(&self.layout.norm[k])[0]);
         let norm_part = |k: usize| self.layout.norm[k][0].start..self.layout.norm[k][1].end;
@@ -263,7 +263,7 @@ impl<'a, T: Real> Layer<'a, T> {
         for row in first..steps.end * self.rows {
             let (s, r) = (row / self.rows, row % self.rows);
             let d_context = &mut d_gated[(row - first) * d..][..d];
-            if self.shape.block == Block::GatedPreNorm {
+            if self.shape.block == BlockKind::GatedPreNorm {
                 let gates = &projections[row * p + d..][..d];
                 let d_gates = &mut d_projections[row * p + d..][..d];
                 let at = gates.iter().zip(&context[row * d..][..d]);
@@ -298,7 +298,7 @@ impl<'a, T: Real> Layer<'a, T> {
     }
 }
 
-impl<T: Real> LayerTape<T> {
+impl<T: Float> LayerTape<T> {
     pub fn new(shape: &TransformerShape, n_rows: usize) -> Self {
         let cell = CellTape::new(shape.block, shape.width, n_rows);
         // A recurrent layer needs nothing else.

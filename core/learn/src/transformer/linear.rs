@@ -3,9 +3,9 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use super::few::{FEW, Panels};
+use super::few::{FEW, RegisterPanels};
 use super::kernels::add_scaled;
-use crate::Real;
+use crate::Float;
 use crate::product::{multiply, multiply_add, rows};
 
 /// A matrix as products with a few rows take it, one way and back; made when the first such product asks for it.
@@ -13,8 +13,8 @@ use crate::product::{multiply, multiply_add, rows};
 pub(super) struct Packed<T> {
     /// Where the matrix begins in its vector of parameters.
     start: usize,
-    forward: OnceLock<Panels<T>>,
-    back: OnceLock<Panels<T>>,
+    forward: OnceLock<RegisterPanels<T>>,
+    back: OnceLock<RegisterPanels<T>>,
 }
 
 impl<T> Packed<T> {
@@ -37,7 +37,7 @@ pub(super) struct Linear<'a, T> {
     packed: &'a Packed<T>,
 }
 
-impl<'a, T: Real> Linear<'a, T> {
+impl<'a, T: Float> Linear<'a, T> {
     /// The linear map at `layout` in a vector of parameters, all of whose matrices are in `packed`.
     ///
     /// # Panics
@@ -60,7 +60,10 @@ impl<'a, T: Real> Linear<'a, T> {
         y.chunks_exact_mut(outputs).for_each(|row| row.copy_from_slice(self.bias));
         if y.len() <= FEW * outputs {
             let entry = |input: usize, output: usize| self.weight[input * outputs + output];
-            self.packed.forward.get_or_init(|| Panels::new([inputs, outputs], entry)).multiply_add(x, y);
+            self.packed
+                .forward
+                .get_or_init(|| RegisterPanels::new([inputs, outputs], entry))
+                .multiply_add(x, y);
         } else {
             multiply_add(y, rows(x, inputs), rows(self.weight, outputs));
         }
@@ -72,7 +75,10 @@ impl<'a, T: Real> Linear<'a, T> {
         if dy.len() <= FEW * outputs {
             dx.fill(T::default());
             let entry = |output: usize, input: usize| self.weight[input * outputs + output];
-            self.packed.back.get_or_init(|| Panels::new([outputs, inputs], entry)).multiply_add(dy, dx);
+            self.packed
+                .back
+                .get_or_init(|| RegisterPanels::new([outputs, inputs], entry))
+                .multiply_add(dy, dx);
         } else {
             multiply(dx, rows(dy, outputs), rows(self.weight, outputs).transpose());
         }
@@ -81,7 +87,7 @@ impl<'a, T: Real> Linear<'a, T> {
 
 /// Adds xᵀ dy and Σ dy to the gradients of weight and bias.
 #[inline(always)]
-pub(super) fn linear_gradient<T: Real>(
+pub(super) fn linear_gradient<T: Float>(
     [x, dy]: [&[T]; 2],
     [weight, bias]: &[Range<usize>; 2],
     gradient: &mut [T],

@@ -20,11 +20,11 @@ mod tape_pool;
 #[cfg(test)]
 mod tests;
 
-pub use card::{Card, CardUpdates};
-pub use closed_loop::{ClosedLoop, Plant, StepLoss};
+pub use card::{CardUpdates, DeviceCard};
+pub use closed_loop::{ClosedLoop, PlantBatch, StepLoss};
 pub use graph::TransformerGraph;
 pub use network::Transformer;
 pub use runner::TransformerRunner;
-pub use shape::{Block, Form, TransformerShape};
+pub use shape::{BlockKind, TemporalForm, TransformerShape};
 pub use tape::TransformerTape;
 pub use tape_pool::TapePool;

@@ -5,21 +5,21 @@ use rand::RngExt;
 use serde_json::Value;
 
 use super::linear::Packed;
-use super::shape::{Layout, TransformerShape};
-use crate::{Model, Real, TensorShape};
+use super::shape::{ParameterLayout, TransformerShape};
+use crate::{Float, TensorShape, TrainableModel};
 
 /// A Transformer encoder with its heads.
 #[derive(Debug, Clone)]
 pub struct Transformer<T> {
     shape: TransformerShape,
-    pub(super) layout: Layout,
+    pub(super) layout: ParameterLayout,
     /// Embedding, every layer, heads.
     parameters: Vec<Vec<T>>,
     /// Of these parameters: every change of them empties it.
     packed: Vec<Vec<Packed<T>>>,
 }
 
-impl<T: Real> Transformer<T> {
+impl<T: Float> Transformer<T> {
     /// Weights uniform with variance 1/inputs of their matrix (LeCun et al. 1998), positions with 0.02; biases zero,
     /// normalisations and scalars one, lags zero. The last layer of every head begins a hundred times smaller: outputs begin near zero.
     ///
@@ -47,10 +47,10 @@ impl<T: Real> Transformer<T> {
         };
         let parameters =
             shape.tensors().iter().map(|vector| vector.iter().flat_map(begin).collect()).collect();
-        Ok(Self::from_parts(shape, Layout::new(shape), parameters))
+        Ok(Self::from_parts(shape, ParameterLayout::new(shape), parameters))
     }
 
-    fn from_parts(shape: &TransformerShape, layout: Layout, parameters: Vec<Vec<T>>) -> Self {
+    fn from_parts(shape: &TransformerShape, layout: ParameterLayout, parameters: Vec<Vec<T>>) -> Self {
         Self { shape: shape.clone(), layout, parameters, packed: unpacked(shape) }
     }
 
@@ -77,7 +77,7 @@ impl<T: Real> Transformer<T> {
     }
 
     /// The same weights in other numbers.
-    pub fn converted<U: Real>(&self) -> Transformer<U> {
+    pub fn converted<U: Float>(&self) -> Transformer<U> {
         let convert = |values: &Vec<T>| values.iter().map(|v| U::of(v.to_f64())).collect();
         let parameters = self.parameters.iter().map(convert).collect();
         Transformer::from_parts(&self.shape, self.layout.clone(), parameters)
@@ -102,7 +102,7 @@ fn unpacked<T>(shape: &TransformerShape) -> Vec<Vec<Packed<T>>> {
     shape.tensors().iter().map(of_vector).collect()
 }
 
-impl<T: Real> Model for Transformer<T> {
+impl<T: Float> TrainableModel for Transformer<T> {
     type Value = T;
 
     const FAMILY: &'static str = "transformer";

@@ -5,23 +5,23 @@ use hysteron_base::lanes::{Isa, Simd, WithSimd};
 use super::cell::{gru, lstm};
 use super::kernels::{Attention, add_scaled, gelu, norm, sigmoid, silu};
 use super::network::Transformer;
-use super::shape::{Block, Form, LayerLayout, TransformerShape};
+use super::shape::{BlockKind, LayerLayout, TemporalForm, TransformerShape};
 use crate::panels::{Panels, padded};
-use crate::{Model, WeightFormat};
+use crate::{TrainableModel, WeightFormat};
 
 /// Steps of the streaming form between two moves of its kept tokens to the front.
 const STRETCH: usize = 64;
 
 /// A matrix and its bias, packed.
 #[derive(Debug, Clone)]
-struct Linear {
+struct PackedLinear {
     inputs: usize,
     weight: Panels,
     /// Filled up to whole panels.
     bias: Vec<f32>,
 }
 
-impl Linear {
+impl PackedLinear {
     /// From W (inputs × outputs).
     fn new([weight, bias]: [&[f32]; 2], format: WeightFormat) -> Self {
         let (outputs, inputs) = (bias.len(), weight.len() / bias.len());
@@ -44,7 +44,7 @@ impl Linear {
 
 #[derive(Debug, Clone)]
 struct RunnerLayer {
-    linear: Vec<Linear>,
+    linear: Vec<PackedLinear>,
     parameters: Vec<f32>,
     /// Queries, gates, keys and values of the tokens that are kept.
     projections: Vec<f32>,
@@ -61,12 +61,12 @@ struct RunnerLayer {
 pub struct TransformerRunner {
     shape: TransformerShape,
     layout: LayerLayout,
-    input: Linear,
+    input: PackedLinear,
     positions: Vec<f32>,
     layers: Vec<RunnerLayer>,
     norm: Option<[Vec<f32>; 2]>,
-    latent: Linear,
-    heads: Vec<Linear>,
+    latent: PackedLinear,
+    heads: Vec<PackedLinear>,
     /// Steps since the tokens kept were moved to the front.
     step: usize,
     is_fresh: bool,
@@ -75,12 +75,12 @@ pub struct TransformerRunner {
     tokens: Vec<f32>,
     /// Tokens after the last normalisation, of those kept.
     normed: Vec<f32>,
-    scratch: Scratch,
+    scratch: RunnerScratch,
     outputs: Vec<f32>,
 }
 
 #[derive(Debug, Clone)]
-struct Scratch {
+struct RunnerScratch {
     wide: Vec<f32>,
     hidden: Vec<f32>,
     seen: Vec<f32>,
@@ -96,13 +96,13 @@ impl TransformerRunner {
         let shape = network.shape().clone();
         let (layout, parameters) = (&network.layout, network.parameters());
         let linear = |values: &[f32], [weight, bias]: &[std::ops::Range<usize>; 2]| {
-            Linear::new([&values[weight.clone()], &values[bias.clone()]], format)
+            PackedLinear::new([&values[weight.clone()], &values[bias.clone()]], format)
         };
         let head = &parameters[shape.layers + 1];
         // Tokens that are worked on at once, and those that are kept.
         let (now, kept) = match shape.form {
-            Form::Window => (shape.tokens, shape.tokens),
-            Form::Streaming => (1, shape.tokens + STRETCH),
+            TemporalForm::Window => (shape.tokens, shape.tokens),
+            TemporalForm::Streaming => (1, shape.tokens + STRETCH),
         };
         let layer = |values: &Vec<f32>| RunnerLayer {
             linear: layout
@@ -133,7 +133,7 @@ impl TransformerRunner {
             window: zeros(shape.tokens * d),
             tokens: zeros(now * d),
             normed: zeros(kept * d),
-            scratch: Scratch {
+            scratch: RunnerScratch {
                 wide: zeros(now * widest),
                 hidden: zeros(now * widest),
                 seen: zeros(now * d),
@@ -162,13 +162,13 @@ impl TransformerRunner {
         let d = self.shape.width;
         self.input.run(input, &mut self.scratch.wide);
         match self.shape.form {
-            Form::Streaming => {
+            TemporalForm::Streaming => {
                 if self.step == self.shape.tokens + STRETCH {
                     self.move_to_front();
                 }
                 self.tokens.copy_from_slice(&self.scratch.wide[..d]);
             }
-            Form::Window => {
+            TemporalForm::Window => {
                 self.window.copy_within(d.., 0);
                 let last = (self.shape.tokens - 1) * d;
                 self.window[last..].copy_from_slice(&self.scratch.wide[..d]);
@@ -185,7 +185,7 @@ impl TransformerRunner {
             }
         }
         self.is_fresh = false;
-        Isa::detect().run(Pass(self));
+        Isa::detect().run(CompiledPass(self));
         self.step += 1;
         &self.outputs
     }
@@ -211,7 +211,7 @@ impl TransformerRunner {
         let normed = &mut self.normed[first * d..][..now * d];
         match &self.norm {
             Some([weight, bias]) => {
-                let Scratch { unit, rate, .. } = &mut self.scratch;
+                let RunnerScratch { unit, rate, .. } = &mut self.scratch;
                 norm(&self.tokens, [weight, bias], unit, rate, normed);
             }
             None => normed.copy_from_slice(&self.tokens),
@@ -223,7 +223,7 @@ impl TransformerRunner {
         pool.for_each(|s| add_scaled(pooled, per, &self.normed[s * d..][..d]));
         self.latent.run(pooled, &mut self.scratch.wide);
         let latent = self.shape.latent;
-        let Scratch { wide, hidden, .. } = &mut self.scratch;
+        let RunnerScratch { wide, hidden, .. } = &mut self.scratch;
         let mut at = 0;
         for (k, head) in self.heads.iter().enumerate() {
             let own = &mut wide[k * latent..][..latent];
@@ -237,9 +237,9 @@ impl TransformerRunner {
 }
 
 /// All layers and heads, compiled for each instruction set.
-struct Pass<'a>(&'a mut TransformerRunner);
+struct CompiledPass<'a>(&'a mut TransformerRunner);
 
-impl WithSimd for Pass<'_> {
+impl WithSimd for CompiledPass<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -255,14 +255,14 @@ impl WithSimd for Pass<'_> {
 
 impl RunnerLayer {
     /// Replaces the token by the hidden state that comes of it.
-    fn remember(&mut self, shape: &TransformerShape, token: &mut [f32], scratch: &mut Scratch) {
+    fn remember(&mut self, shape: &TransformerShape, token: &mut [f32], scratch: &mut RunnerScratch) {
         let d = shape.width;
         let [hidden, cell] = &mut self.memory;
-        let Scratch { wide, hidden: state, .. } = scratch;
+        let RunnerScratch { wide, hidden: state, .. } = scratch;
         self.linear[0].run(token, wide);
         self.linear[1].run(hidden, state);
         for k in 0..d {
-            hidden[k] = if shape.block == Block::Gru {
+            hidden[k] = if shape.block == BlockKind::Gru {
                 let [a, b] = [&wide, &state].map(|of| [0, 1, 2].map(|j: usize| of[j * d + k]));
                 gru(a, b, hidden[k])[3]
             } else {
@@ -282,7 +282,7 @@ impl RunnerLayer {
         (shape, layout): (&TransformerShape, &LayerLayout),
         step: usize,
         tokens: &mut [f32],
-        scratch: &mut Scratch,
+        scratch: &mut RunnerScratch,
     ) {
         if shape.block.gates().is_some() {
             return self.remember(shape, tokens, scratch);
@@ -294,8 +294,8 @@ impl RunnerLayer {
         let norms = [0, 1].map(|k: usize| layout.norm[k].clone().map(|range| &values[range]));
         let scales =
             layout.scales.clone().map_or([1.0; 2], |range| [values[range.start], values[range.start + 1]]);
-        let is_pre = shape.block == Block::GatedPreNorm;
-        let Scratch { wide, hidden, seen, context, unit, rate, weights } = scratch;
+        let is_pre = shape.block == BlockKind::GatedPreNorm;
+        let RunnerScratch { wide, hidden, seen, context, unit, rate, weights } = scratch;
         if is_pre {
             norm(tokens, norms[0], unit, rate, seen);
         } else {
@@ -318,8 +318,8 @@ impl RunnerLayer {
         for (row, context) in context.chunks_exact_mut(d).take(now).enumerate() {
             let query = first + row;
             let among = match shape.form {
-                Form::Window => 0..shape.tokens,
-                Form::Streaming => (query + 1).saturating_sub(shape.tokens)..query + 1,
+                TemporalForm::Window => 0..shape.tokens,
+                TemporalForm::Streaming => (query + 1).saturating_sub(shape.tokens)..query + 1,
             };
             attention.look(&self.projections, (query, 0), among, weights, context);
             if is_pre {

@@ -11,7 +11,7 @@ use crate::{MAX_HIDDEN, TensorShape};
 /// How a layer is put together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Block {
+pub enum BlockKind {
     /// As NeuralActuator's authors released it: normalisation before attention and feed-forward network, GELU, and a sigmoid gate
     /// for each number of the attention's output, from a query projection of twice the width.
     GatedPreNorm,
@@ -21,11 +21,11 @@ pub enum Block {
     /// A gated recurrent unit for each number: no attention, no normalisation, no feed-forward network. Its
     /// state does not end with the window, and an output comes from the last token alone. Streaming only.
     Gru,
-    /// As [`Block::Gru`], a long short-term memory.
+    /// As [`BlockKind::Gru`], a long short-term memory.
     Lstm,
 }
 
-impl Block {
+impl BlockKind {
     /// Gates of a unit, of a recurrent layer.
     pub(super) fn gates(self) -> Option<usize> {
         match self {
@@ -39,7 +39,7 @@ impl Block {
 /// How the network meets time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Form {
+pub enum TemporalForm {
     /// A window of tokens at trainable positions, each attending to all; one output for the window, from the
     /// mean of its tokens.
     Window,
@@ -69,9 +69,9 @@ pub struct TransformerShape {
     /// Tokens of a window, the current one among them.
     pub tokens: usize,
     /// How a layer is put together.
-    pub block: Block,
+    pub block: BlockKind,
     /// How the network meets time.
-    pub form: Form,
+    pub form: TemporalForm,
 }
 
 /// More layers than any network here has.
@@ -83,7 +83,7 @@ const MAX_TOKENS: usize = 1024;
 
 impl TransformerShape {
     /// The sizes of NeuralActuator's release for `inputs` numbers a token and these heads.
-    pub fn published(inputs: usize, heads: &[usize], form: Form) -> Self {
+    pub fn published(inputs: usize, heads: &[usize], form: TemporalForm) -> Self {
         Self {
             inputs,
             heads: heads.to_vec(),
@@ -93,7 +93,7 @@ impl TransformerShape {
             feed_forward: 384,
             latent: 96,
             tokens: 9,
-            block: Block::GatedPreNorm,
+            block: BlockKind::GatedPreNorm,
             form,
         }
     }
@@ -117,7 +117,7 @@ impl TransformerShape {
             let expected = format!("a multiple of the {} attention heads", self.attention_heads);
             return Err(BadInput::new("width", expected, self.width.to_string()));
         }
-        if self.block.gates().is_some() && self.form == Form::Window {
+        if self.block.gates().is_some() && self.form == TemporalForm::Window {
             return Err(BadInput::new("form", "streaming for a layer that remembers", "window"));
         }
         Ok(())
@@ -136,9 +136,9 @@ impl TransformerShape {
     /// Queries, gates where there are any, keys and values of a token; the gates of a recurrent unit.
     pub(super) fn projected(&self) -> usize {
         match self.block {
-            Block::GatedPreNorm => 4 * self.width,
-            Block::ScaledPostNorm | Block::Gru => 3 * self.width,
-            Block::Lstm => 4 * self.width,
+            BlockKind::GatedPreNorm => 4 * self.width,
+            BlockKind::ScaledPostNorm | BlockKind::Gru => 3 * self.width,
+            BlockKind::Lstm => 4 * self.width,
         }
     }
 
@@ -152,7 +152,7 @@ impl TransformerShape {
         let (d, f) = (self.width, self.feed_forward);
         let tensor = |name: &str, shape: &[usize]| TensorShape::new(name, shape);
         let mut embedding = vec![tensor("input.weight", &[self.inputs, d]), tensor("input.bias", &[d])];
-        if self.form == Form::Window {
+        if self.form == TemporalForm::Window {
             embedding.push(tensor("position", &[self.tokens, d]));
         }
         let layer = |l: usize| {
@@ -180,17 +180,17 @@ impl TransformerShape {
                 own("feed_forward.out.weight", &[f, d]),
                 own("feed_forward.out.bias", &[d]),
             ];
-            if self.block == Block::ScaledPostNorm {
+            if self.block == BlockKind::ScaledPostNorm {
                 all.push(own("scales", &[2]));
             }
-            if self.form == Form::Streaming {
+            if self.form == TemporalForm::Streaming {
                 all.push(own("attention.lags", &[self.attention_heads, self.tokens]));
             }
             all
         };
         let hidden = self.heads.len() * self.latent;
         let mut head = Vec::new();
-        if self.block == Block::GatedPreNorm {
+        if self.block == BlockKind::GatedPreNorm {
             head.extend([tensor("norm.weight", &[d]), tensor("norm.bias", &[d])]);
         }
         head.extend([tensor("latent.weight", &[d, hidden]), tensor("latent.bias", &[hidden])]);
@@ -225,7 +225,7 @@ pub(super) struct LayerLayout {
 
 /// Where all arrays stand.
 #[derive(Debug, Clone)]
-pub(super) struct Layout {
+pub(super) struct ParameterLayout {
     pub input: [Range<usize>; 2],
     pub positions: Option<Range<usize>>,
     pub layer: LayerLayout,
@@ -234,7 +234,7 @@ pub(super) struct Layout {
     pub heads: Vec<[Range<usize>; 2]>,
 }
 
-impl Layout {
+impl ParameterLayout {
     pub fn new(shape: &TransformerShape) -> Self {
         let tensors = shape.tensors();
         let of = |vector: usize| ranges(&tensors[vector]);
@@ -246,7 +246,7 @@ impl Layout {
             found.map(|k| own[k].clone())
         };
         let head = of(shape.layers + 1);
-        let first = usize::from(shape.block == Block::GatedPreNorm) * 2;
+        let first = usize::from(shape.block == BlockKind::GatedPreNorm) * 2;
         let is_recurrent = shape.block.gates().is_some();
         let nothing = [(); 2].map(|()| [0..0, 0..0]);
         Self {

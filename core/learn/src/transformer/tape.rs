@@ -8,8 +8,8 @@ use super::kernels::{add_scaled, norm, norm_back, silu};
 use super::layer::{Layer, LayerTape};
 use super::linear::{Linear, linear_gradient};
 use super::network::Transformer;
-use super::shape::{Form, TransformerShape};
-use crate::{Model, Real, product};
+use super::shape::{TemporalForm, TransformerShape};
+use crate::{Float, TrainableModel, product};
 
 /// Values and gradients of passes through a network, for up to so many steps of some sequences side by side.
 ///
@@ -40,19 +40,19 @@ pub struct TransformerTape<T> {
     d_inputs: Vec<T>,
 }
 
-impl<T: Real> TransformerTape<T> {
+impl<T: Float> TransformerTape<T> {
     /// Room for `rows` sequences of up to `steps` steps.
     ///
     /// # Panics
     /// If windows are asked for that are not of the network's length.
     pub fn new(shape: &TransformerShape, steps: usize, rows: usize) -> Self {
-        assert!(shape.form == Form::Streaming || steps == shape.tokens, "a window of {steps} tokens");
+        assert!(shape.form == TemporalForm::Streaming || steps == shape.tokens, "a window of {steps} tokens");
         let n = steps * rows;
         let zeros = |n: usize, width: usize| vec![T::default(); n * width];
         let (d, hidden) = (shape.width, shape.heads.len() * shape.latent);
         let results = match shape.form {
-            Form::Window => rows,
-            Form::Streaming => n,
+            TemporalForm::Window => rows,
+            TemporalForm::Streaming => n,
         };
         Self {
             size: (steps, rows),
@@ -89,16 +89,16 @@ impl<T: Real> TransformerTape<T> {
     /// Rows of outputs that belong to these steps.
     fn results(&self, steps: &Range<usize>) -> Range<usize> {
         match self.shape.form {
-            Form::Window => 0..self.size.1,
-            Form::Streaming => steps.start * self.size.1..steps.end * self.size.1,
+            TemporalForm::Window => 0..self.size.1,
+            TemporalForm::Streaming => steps.start * self.size.1..steps.end * self.size.1,
         }
     }
 
     /// Steps whose mean is the input of the head for step `s`.
     fn pool(&self, s: usize) -> Range<usize> {
         match self.shape.form {
-            Form::Window => 0..self.shape.tokens,
-            Form::Streaming => (s + 1).saturating_sub(self.shape.pooled())..s + 1,
+            TemporalForm::Window => 0..self.shape.tokens,
+            TemporalForm::Streaming => (s + 1).saturating_sub(self.shape.pooled())..s + 1,
         }
     }
 
@@ -110,10 +110,13 @@ impl<T: Real> TransformerTape<T> {
     pub fn forward(&mut self, network: &Transformer<T>, steps: Range<usize>, inputs: &[T]) -> &[T] {
         let rows = self.size.1;
         assert!(steps.end <= self.size.0, "steps {steps:?} in {}", self.size.0);
-        assert!(self.shape.form == Form::Streaming || steps == (0..self.shape.tokens), "a whole window");
+        assert!(
+            self.shape.form == TemporalForm::Streaming || steps == (0..self.shape.tokens),
+            "a whole window"
+        );
         self.inputs[steps.start * rows * self.shape.inputs..steps.end * rows * self.shape.inputs]
             .copy_from_slice(inputs);
-        Isa::detect().run(Forward { tape: self, network, steps: &steps });
+        Isa::detect().run(TapeForward { tape: self, network, steps: &steps });
         let results = self.results(&steps);
         let n = self.shape.outputs();
         &self.outputs[results.start * n..results.end * n]
@@ -207,7 +210,7 @@ impl<T: Real> TransformerTape<T> {
         let outputs = self.shape.outputs();
         self.d_outputs[results.start * outputs..results.end * outputs].copy_from_slice(d_outputs);
         let tokens = steps.start * rows * d..steps.end * rows * d;
-        Isa::detect().run(Backward { tape: self, network, steps: &steps, gradient });
+        Isa::detect().run(TapeBackward { tape: self, network, steps: &steps, gradient });
         let d_inputs = &mut self.d_inputs[steps.start * rows * n..steps.end * rows * n];
         input_of(network).back(&self.d_embedded[tokens], d_inputs);
         d_inputs
@@ -299,24 +302,24 @@ impl<T: Real> TransformerTape<T> {
 }
 
 /// The first projection.
-fn input_of<T: Real>(network: &Transformer<T>) -> Linear<'_, T> {
+fn input_of<T: Float>(network: &Transformer<T>) -> Linear<'_, T> {
     Linear::of(&network.parameters()[0], &network.packed()[0], &network.layout.input)
 }
 
 /// That of the latent numbers, before the heads.
-fn latent_of<T: Real>(network: &Transformer<T>) -> Linear<'_, T> {
+fn latent_of<T: Float>(network: &Transformer<T>) -> Linear<'_, T> {
     let last = network.shape().layers + 1;
     Linear::of(&network.parameters()[last], &network.packed()[last], &network.layout.latent)
 }
 
 /// A pass compiled for each instruction set, with all loops within it.
-struct Forward<'a, T> {
+struct TapeForward<'a, T> {
     tape: &'a mut TransformerTape<T>,
     network: &'a Transformer<T>,
     steps: &'a Range<usize>,
 }
 
-impl<T: Real> WithSimd for Forward<'_, T> {
+impl<T: Float> WithSimd for TapeForward<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -332,15 +335,15 @@ impl<T: Real> WithSimd for Forward<'_, T> {
     }
 }
 
-/// As [`Forward`], backward.
-struct Backward<'a, T> {
+/// As [`TapeForward`], backward.
+struct TapeBackward<'a, T> {
     tape: &'a mut TransformerTape<T>,
     network: &'a Transformer<T>,
     steps: &'a Range<usize>,
     gradient: &'a mut [Vec<T>],
 }
 
-impl<T: Real> WithSimd for Backward<'_, T> {
+impl<T: Float> WithSimd for TapeBackward<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -356,7 +359,7 @@ impl<T: Real> WithSimd for Backward<'_, T> {
     }
 }
 
-/// As [`Forward`], for the matrices.
+/// As [`TapeForward`], for the matrices.
 struct WeightGradients<'a, T> {
     tape: &'a TransformerTape<T>,
     network: &'a Transformer<T>,
@@ -364,7 +367,7 @@ struct WeightGradients<'a, T> {
     gradient: &'a mut [Vec<T>],
 }
 
-impl<T: Real> WithSimd for WeightGradients<'_, T> {
+impl<T: Float> WithSimd for WeightGradients<'_, T> {
     type Output = ();
 
     #[inline(always)]

@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::network::Transformer;
 use super::shape::TransformerShape;
 use super::tape::TransformerTape;
-use crate::{Model, Real};
+use crate::{Float, TrainableModel};
 
 /// Tapes of finished passes, and gradients that have been used. They have megabytes: to allocate and clear a tape for each of a
 /// training's updates takes a third of its time, a gradient a thirtieth.
@@ -24,13 +24,13 @@ impl<T> Default for TapePool<T> {
 
 /// A tape for one pass; goes back to its pool, where it has one.
 #[derive(Debug)]
-pub(super) struct Lent<'a, T> {
+pub(super) struct PooledTape<'a, T> {
     /// There until it is dropped.
     tape: Option<TransformerTape<T>>,
     pool: Option<&'a TapePool<T>>,
 }
 
-impl<'a, T: Real> Lent<'a, T> {
+impl<'a, T: Float> PooledTape<'a, T> {
     /// From `pool`, or a new one.
     pub fn of(
         pool: Option<&'a TapePool<T>>,
@@ -44,7 +44,7 @@ impl<'a, T: Real> Lent<'a, T> {
     }
 }
 
-impl<T> Deref for Lent<'_, T> {
+impl<T> Deref for PooledTape<'_, T> {
     type Target = TransformerTape<T>;
 
     fn deref(&self) -> &TransformerTape<T> {
@@ -52,13 +52,13 @@ impl<T> Deref for Lent<'_, T> {
     }
 }
 
-impl<T> DerefMut for Lent<'_, T> {
+impl<T> DerefMut for PooledTape<'_, T> {
     fn deref_mut(&mut self) -> &mut TransformerTape<T> {
         self.tape.as_mut().unwrap_or_else(|| unreachable!("there until it is dropped"))
     }
 }
 
-impl<T> Drop for Lent<'_, T> {
+impl<T> Drop for PooledTape<'_, T> {
     fn drop(&mut self) {
         if let (Some(pool), Some(tape)) = (self.pool, self.tape.take()) {
             held(&pool.tapes).push(tape);
@@ -66,12 +66,12 @@ impl<T> Drop for Lent<'_, T> {
     }
 }
 
-impl<T: Real> TapePool<T> {
+impl<T: Float> TapePool<T> {
     /// A tape with room for `rows` sequences of up to `steps` steps; what stands on it may be of another pass.
     ///
     /// # Panics
     /// As [`TransformerTape::new`].
-    pub(super) fn lend(&self, shape: &TransformerShape, (steps, rows): (usize, usize)) -> Lent<'_, T> {
+    pub(super) fn lend(&self, shape: &TransformerShape, (steps, rows): (usize, usize)) -> PooledTape<'_, T> {
         let kept = {
             let mut tapes = held(&self.tapes);
             let room = |tape: &TransformerTape<T>| tape.room(shape, rows).unwrap_or(0);
@@ -81,7 +81,7 @@ impl<T: Real> TapePool<T> {
             alike.filter(|tape| room(tape) >= steps)
         };
         let tape = kept.unwrap_or_else(|| TransformerTape::new(shape, steps, rows));
-        Lent { tape: Some(tape), pool: Some(self) }
+        PooledTape { tape: Some(tape), pool: Some(self) }
     }
 
     /// Result of `pass` on such a tape.
@@ -133,7 +133,7 @@ fn held<T>(list: &Mutex<Vec<T>>) -> MutexGuard<'_, Vec<T>> {
 mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
-    use super::super::{Form, Transformer};
+    use super::super::{TemporalForm, Transformer};
     use super::*;
 
     #[test]
@@ -142,7 +142,7 @@ mod tests {
             width: 8,
             layers: 2,
             tokens: 4,
-            ..TransformerShape::published(3, &[2, 1], Form::Streaming)
+            ..TransformerShape::published(3, &[2, 1], TemporalForm::Streaming)
         };
         let network = Transformer::<f64>::new(&shape, 5).unwrap();
         let (steps, rows) = (7, 2);
@@ -180,7 +180,7 @@ mod tests {
             width: 8,
             layers: 1,
             tokens: 2,
-            ..TransformerShape::published(3, &[2], Form::Streaming)
+            ..TransformerShape::published(3, &[2], TemporalForm::Streaming)
         };
         let network = Transformer::<f64>::new(&shape, 1).unwrap();
         let pool = TapePool::default();

@@ -5,11 +5,11 @@ use hysteron_base::rng;
 use rand::RngExt;
 
 use super::*;
-use crate::{Model, WeightFormat};
+use crate::{TrainableModel, WeightFormat};
 
 const ROWS: usize = 3;
 
-pub(super) fn shape(block: Block, form: Form) -> TransformerShape {
+pub(super) fn shape(block: BlockKind, form: TemporalForm) -> TransformerShape {
     let heads = vec![5, 3, 1];
     TransformerShape {
         inputs: 7,
@@ -25,8 +25,8 @@ pub(super) fn shape(block: Block, form: Form) -> TransformerShape {
     }
 }
 
-fn steps(form: Form) -> usize {
-    if form == Form::Window { 5 } else { 13 }
+fn steps(form: TemporalForm) -> usize {
+    if form == TemporalForm::Window { 5 } else { 13 }
 }
 
 fn uniform(name: &str, n: usize) -> Vec<f64> {
@@ -83,18 +83,19 @@ fn assert_close(what: &str, found: &[f64], expected: &[f64]) {
     assert!(expected.iter().any(|v| v.abs() > 1e-3), "{what}: nothing to compare");
 }
 
-const FORMS: [Form; 2] = [Form::Window, Form::Streaming];
-const BLOCKS: [Block; 4] = [Block::GatedPreNorm, Block::ScaledPostNorm, Block::Gru, Block::Lstm];
+const FORMS: [TemporalForm; 2] = [TemporalForm::Window, TemporalForm::Streaming];
+const BLOCKS: [BlockKind; 4] =
+    [BlockKind::GatedPreNorm, BlockKind::ScaledPostNorm, BlockKind::Gru, BlockKind::Lstm];
 
 /// Recurrent layers stream.
-fn is_there(block: Block, form: Form) -> bool {
-    form == Form::Streaming || matches!(block, Block::GatedPreNorm | Block::ScaledPostNorm)
+fn is_there(block: BlockKind, form: TemporalForm) -> bool {
+    form == TemporalForm::Streaming || matches!(block, BlockKind::GatedPreNorm | BlockKind::ScaledPostNorm)
 }
 
 /// Inputs, and weights of the loss, for a shape.
 fn case(shape: &TransformerShape) -> (Vec<f64>, Vec<f64>) {
     let n = steps(shape.form);
-    let results = if shape.form == Form::Window { 1 } else { n };
+    let results = if shape.form == TemporalForm::Window { 1 } else { n };
     (uniform("inputs", n * ROWS * shape.inputs), uniform("loss", results * ROWS * shape.outputs()))
 }
 
@@ -120,11 +121,11 @@ fn values_and_gradients_are_candles() {
 #[test]
 fn token_by_token_is_as_the_whole_sequence_and_so_is_its_gradient() {
     for block in BLOCKS {
-        let shape = shape(block, Form::Streaming);
+        let shape = shape(block, TemporalForm::Streaming);
         let network = network(&shape);
         let (inputs, weights) = case(&shape);
         let whole = fused(&network, &inputs, &weights);
-        let n = steps(Form::Streaming);
+        let n = steps(TemporalForm::Streaming);
         let mut tape = TransformerTape::new(&shape, n, ROWS);
         let of_step = |values: &[f64], s: usize| {
             let width = values.len() / n;
@@ -162,13 +163,13 @@ fn a_runner_steps_as_the_network_that_was_trained() {
             let stepped: Vec<Vec<f32>> =
                 inputs.chunks(shape.inputs).map(|x| runner.step(x).to_vec()).collect();
             let mut whole =
-                TransformerTape::new(&shape, if form == Form::Window { shape.tokens } else { n }, 1);
+                TransformerTape::new(&shape, if form == TemporalForm::Window { shape.tokens } else { n }, 1);
             for s in 0..n {
                 let expected = match form {
-                    Form::Streaming => {
+                    TemporalForm::Streaming => {
                         whole.forward(&network, s..s + 1, &inputs[s * shape.inputs..][..shape.inputs])
                     }
-                    Form::Window => {
+                    TemporalForm::Window => {
                         let sample = |k: usize| (s + 1 + k).saturating_sub(shape.tokens);
                         let window: Vec<f32> = (0..shape.tokens)
                             .flat_map(|k| &inputs[sample(k) * shape.inputs..][..shape.inputs])
@@ -215,7 +216,7 @@ fn a_step_allocates_nothing_and_short_weights_are_near() {
 
 #[test]
 fn sizes_that_cannot_be_are_refused() {
-    let shape = TransformerShape::published(36, &[5, 3, 1, 5], Form::Window);
+    let shape = TransformerShape::published(36, &[5, 3, 1, 5], TemporalForm::Window);
     let refused = |change: fn(&mut TransformerShape)| {
         let mut shape = shape.clone();
         change(&mut shape);
@@ -224,14 +225,14 @@ fn sizes_that_cannot_be_are_refused() {
     assert!(
         refused(|s| s.attention_heads = 5).contains("width: expected a multiple of the 5 attention heads")
     );
-    assert!(refused(|s| s.block = Block::Gru).contains("form: expected streaming"));
+    assert!(refused(|s| s.block = BlockKind::Gru).contains("form: expected streaming"));
     assert!(refused(|s| s.tokens = 0).contains("tokens"));
     assert!(refused(|s| s.heads.clear()).contains("heads"));
 }
 
 #[test]
 fn the_published_sizes_have_the_published_number_of_parameters_but_for_what_the_text_leaves_open() {
-    let of = |heads: &[usize]| TransformerShape::published(36, heads, Form::Window).n_parameters();
+    let of = |heads: &[usize]| TransformerShape::published(36, heads, TemporalForm::Window).n_parameters();
     // A head for the condition of five motors is the difference between the two printed counts, exactly.
     assert_eq!(of(&[5, 3, 1, 5]) - of(&[5, 3, 1]), 1_441_838 - 1_422_825);
     // The release has 1.4 % more, in parts that neither paper nor design notes place.

@@ -1,7 +1,7 @@
 //! Training by epochs: the moving average of the weights, the best of them, and their file.
 
 use hysteron_base::json;
-use hysteron_learn::{Adam, Backprop, Batch, Memory, Network, Outputs, Trainer, Training};
+use hysteron_learn::{Adam, Backprop, HeadOutputs, Memory, Network, SequenceBatch, Trainer, Training};
 
 use super::{architecture, mean_square, uniform};
 
@@ -20,7 +20,7 @@ fn epoch(training: &mut Training<Network>, error: f64) {
     for k in 0..2 {
         let name = format!("{k} of {}", training.epochs());
         let (inputs, targets) = (uniform(&name, 6 * 4 * 3), uniform(&name, 6 * 4 * 2));
-        let batch = Batch { inputs: &inputs, steps: 6, rows: 4, outputs: Outputs::All };
+        let batch = SequenceBatch { inputs: &inputs, steps: 6, rows: 4, outputs: HeadOutputs::All };
         passes.update(training, &batch, &mut memory, mean_square(&targets)).unwrap();
     }
     training.end_epoch(2.0 * error, error);

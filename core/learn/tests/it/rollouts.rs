@@ -1,8 +1,8 @@
 //! A runner and a sequence are the same network.
 
 use hysteron_learn::{
-    Adam, Architecture, Batch, ChannelRange, Head, Memory, Network, Normaliser, Outputs, Runner, Trainer,
-    WeightFormat,
+    Adam, Architecture, ChannelRange, HeadActivation, HeadOutputs, Memory, Network, Normaliser, Runner,
+    SequenceBatch, Trainer, WeightFormat,
 };
 
 use super::{architecture, uniform};
@@ -18,7 +18,7 @@ fn runner_steps_as_the_sequence_does() {
         let architecture = architecture(hidden, 2, 0.5);
         let network = Network::new(&architecture, 3).unwrap();
         let inputs = uniform("inputs", 40 * 3);
-        let batch = Batch { inputs: &inputs, steps: 40, rows: 1, outputs: Outputs::All };
+        let batch = SequenceBatch { inputs: &inputs, steps: 40, rows: 1, outputs: HeadOutputs::All };
         let mut runner = Runner::new(&network);
         let trainer = Trainer::new(network, Adam::default(), 0).unwrap();
         let expected = trainer.predict(&batch, &mut Memory::zeros(&architecture, 1)).unwrap();
@@ -41,7 +41,7 @@ fn weights_are_kept_in_sixteen_bits_where_that_is_asked_for_and_only_there() {
     let network = Network::new(&architecture, 3).unwrap();
     assert!(4 * network.n_parameters() > 1 << 20);
     let inputs = uniform("inputs", 400 * 3);
-    let batch = Batch { inputs: &inputs, steps: 400, rows: 1, outputs: Outputs::All };
+    let batch = SequenceBatch { inputs: &inputs, steps: 400, rows: 1, outputs: HeadOutputs::All };
     let runners =
         [WeightFormat::Float32, WeightFormat::Int16].map(|format| Runner::with_weights(&network, format));
     let trainer = Trainer::new(network, Adam::default(), 0).unwrap();
@@ -67,7 +67,7 @@ fn a_sequence_may_be_cut_anywhere() {
     let trainer = Trainer::new(Network::new(&architecture, 3).unwrap(), Adam::default(), 0).unwrap();
     let inputs = uniform("inputs", 10 * 2 * 3);
     let predict = |inputs: &[f32], memory: &mut Memory| {
-        let batch = Batch { inputs, steps: inputs.len() / 6, rows: 2, outputs: Outputs::All };
+        let batch = SequenceBatch { inputs, steps: inputs.len() / 6, rows: 2, outputs: HeadOutputs::All };
         trainer.predict(&batch, memory).unwrap()
     };
     let (mut whole, mut parts) = (Memory::zeros(&architecture, 2), Memory::zeros(&architecture, 2));
@@ -76,7 +76,7 @@ fn a_sequence_may_be_cut_anywhere() {
     assert_eq!(found, expected);
     assert_eq!(parts, whole);
     // The last outputs alone.
-    let last = Batch { inputs: &inputs, steps: 10, rows: 2, outputs: Outputs::Last };
+    let last = SequenceBatch { inputs: &inputs, steps: 10, rows: 2, outputs: HeadOutputs::Last };
     let found = trainer.predict(&last, &mut Memory::zeros(&architecture, 2)).unwrap();
     assert_eq!(found, expected[36..]);
 }
@@ -86,7 +86,7 @@ fn a_cleared_row_begins_anew() {
     let architecture = architecture(8, 2, 0.0);
     let trainer = Trainer::new(Network::new(&architecture, 3).unwrap(), Adam::default(), 0).unwrap();
     let inputs = uniform("inputs", 4 * 2 * 3);
-    let batch = Batch { inputs: &inputs, steps: 4, rows: 2, outputs: Outputs::All };
+    let batch = SequenceBatch { inputs: &inputs, steps: 4, rows: 2, outputs: HeadOutputs::All };
     let mut memory = Memory::zeros(&architecture, 2);
     let first = trainer.predict(&batch, &mut memory).unwrap();
     memory.clear_row(1);
@@ -99,7 +99,7 @@ fn a_cleared_row_begins_anew() {
 
 #[test]
 fn joined_networks_give_the_mean_of_their_outputs() {
-    let architecture = Architecture { head: Head::Linear, ..architecture(11, 2, 0.0) };
+    let architecture = Architecture { head: HeadActivation::Linear, ..architecture(11, 2, 0.0) };
     let members: Vec<Network> = (0..3).map(|seed| Network::new(&architecture, seed).unwrap()).collect();
     let joined = Network::mean_of(&members).unwrap();
     assert_eq!(joined.architecture().hidden, 33);
@@ -134,7 +134,7 @@ fn a_network_for_other_ranges_is_the_same_function() {
         Normaliser::union(&[&own[0], &inputs([3.0, 1.0, 2.0])]).unwrap(),
         Normaliser::union(&[&own[1], &outputs(0.4)]).unwrap(),
     ];
-    let architecture = Architecture { head: Head::Linear, ..architecture(11, 2, 0.0) };
+    let architecture = Architecture { head: HeadActivation::Linear, ..architecture(11, 2, 0.0) };
     let network = Network::new(&architecture, 5).unwrap();
     let moved = network.for_ranges([&own[0], &own[1]], [&union[0], &union[1]]).unwrap();
     let step = |runner: &mut Runner, [inputs, outputs]: &[Normaliser; 2], values: &[f64]| {
@@ -151,6 +151,6 @@ fn a_network_for_other_ranges_is_the_same_function() {
         // Ranges up to three times as wide, each rounding once more.
         assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 3.0 * 2.0 * f64::from(TOL)), "{a:?} {b:?}");
     }
-    let tanh = Network::new(&Architecture { head: Head::Tanh, ..architecture }, 5).unwrap();
+    let tanh = Network::new(&Architecture { head: HeadActivation::Tanh, ..architecture }, 5).unwrap();
     assert!(tanh.for_ranges([&own[0], &own[1]], [&union[0], &union[1]]).is_err());
 }

@@ -2,7 +2,9 @@
 
 use std::process::Command;
 
-use hysteron_learn::{Adam, Architecture, Batch, Head, Memory, Network, Outputs, Trainer};
+use hysteron_learn::{
+    Adam, Architecture, HeadActivation, HeadOutputs, Memory, Network, SequenceBatch, Trainer,
+};
 
 use super::{mean_square, uniform};
 
@@ -10,13 +12,19 @@ const THREADS: &str = "RAYON_NUM_THREADS";
 
 /// Sum of the bits of everything that two steps of training leave behind.
 fn digest() -> u64 {
-    let architecture =
-        Architecture { inputs: 3, hidden: 96, layers: 2, outputs: 5, head: Head::Tanh, dropout: 0.2 };
+    let architecture = Architecture {
+        inputs: 3,
+        hidden: 96,
+        layers: 2,
+        outputs: 5,
+        head: HeadActivation::Tanh,
+        dropout: 0.2,
+    };
     let (steps, rows) = (40, 70);
     let network = Network::new(&architecture, 3).unwrap();
     let mut trainer = Trainer::new(network, Adam::default(), 7).unwrap();
     let (inputs, targets) = (uniform("inputs", steps * rows * 3), uniform("targets", steps * rows * 5));
-    let batch = Batch { inputs: &inputs, steps, rows, outputs: Outputs::All };
+    let batch = SequenceBatch { inputs: &inputs, steps, rows, outputs: HeadOutputs::All };
     let mut memory = Memory::zeros(&architecture, rows);
     for _ in 0..2 {
         trainer.step(&batch, &mut memory, mean_square(&targets)).unwrap();

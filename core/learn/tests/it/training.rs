@@ -1,7 +1,9 @@
 //! Training learns what needs memory, goes on from a file, and refuses what cannot be.
 
 use hysteron_base::json;
-use hysteron_learn::{Adam, Architecture, Batch, Error, Head, Memory, Network, Outputs, Trainer};
+use hysteron_learn::{
+    Adam, Architecture, Error, HeadActivation, HeadOutputs, Memory, Network, SequenceBatch, Trainer,
+};
 
 use super::{architecture, mean_square, uniform};
 
@@ -11,15 +13,21 @@ fn remembers_what_was_shown_only_at_first() {
     // end is the mean, 0, with a mean square of 1.
     const STEPS: usize = 8;
     const ROWS: usize = 32;
-    let architecture =
-        Architecture { inputs: 1, hidden: 8, layers: 2, outputs: 1, head: Head::Tanh, dropout: 0.0 };
+    let architecture = Architecture {
+        inputs: 1,
+        hidden: 8,
+        layers: 2,
+        outputs: 1,
+        head: HeadActivation::Tanh,
+        dropout: 0.0,
+    };
     let adam = Adam { learning_rate: 2e-2, clip_norm: Some(1.0), ..Adam::default() };
     let mut trainer = Trainer::new(Network::new(&architecture, 1).unwrap(), adam, 0).unwrap();
     let mut value = f64::INFINITY;
     for step in 0..150 {
         let signs: Vec<f32> = uniform(&format!("signs {step}"), ROWS).iter().map(|v| v.signum()).collect();
         let inputs = [&signs[..], &[0.0; (STEPS - 1) * ROWS]].concat();
-        let batch = Batch { inputs: &inputs, steps: STEPS, rows: ROWS, outputs: Outputs::Last };
+        let batch = SequenceBatch { inputs: &inputs, steps: STEPS, rows: ROWS, outputs: HeadOutputs::Last };
         let mut memory = Memory::zeros(&architecture, ROWS);
         value = trainer.step(&batch, &mut memory, mean_square(&signs)).unwrap();
     }
@@ -32,7 +40,7 @@ fn losses(trainer: &mut Trainer, memory: &mut Memory, range: std::ops::Range<usi
     let step = |k| {
         let (inputs, targets) =
             (uniform(&format!("x {k}"), 6 * 4 * 3), uniform(&format!("y {k}"), 6 * 4 * 2));
-        let batch = Batch { inputs: &inputs, steps: 6, rows: 4, outputs: Outputs::All };
+        let batch = SequenceBatch { inputs: &inputs, steps: 6, rows: 4, outputs: HeadOutputs::All };
         trainer.step(&batch, memory, mean_square(&targets)).unwrap()
     };
     range.map(step).collect()
@@ -64,7 +72,7 @@ fn dropout_acts_in_training_only() {
         let architecture = architecture(16, 2, dropout);
         let mut trainer = Trainer::new(Network::new(&architecture, 1).unwrap(), Adam::default(), 9).unwrap();
         let inputs = uniform("inputs", 6 * 4 * 3);
-        let batch = Batch { inputs: &inputs, steps: 6, rows: 4, outputs: Outputs::All };
+        let batch = SequenceBatch { inputs: &inputs, steps: 6, rows: 4, outputs: HeadOutputs::All };
         let predicted = trainer.predict(&batch, &mut Memory::zeros(&architecture, 4)).unwrap();
         let mut trained = Vec::new();
         let loss = |outputs: &[f32], _: &mut [f32]| {
@@ -84,7 +92,7 @@ fn refuses_batches_that_do_not_fit() {
     let architecture = architecture(4, 1, 0.0);
     let trainer = Trainer::new(Network::new(&architecture, 1).unwrap(), Adam::default(), 0).unwrap();
     let refusal = |inputs: &[f32], steps, rows, memory_rows| {
-        let batch = Batch { inputs, steps, rows, outputs: Outputs::All };
+        let batch = SequenceBatch { inputs, steps, rows, outputs: HeadOutputs::All };
         match trainer.predict(&batch, &mut Memory::zeros(&architecture, memory_rows)) {
             Err(Error::BadInput(bad)) => bad.place,
             other => panic!("{other:?}"),
@@ -103,7 +111,7 @@ fn a_step_that_is_not_finite_leaves_the_weights() {
     let architecture = architecture(4, 1, 0.0);
     let network = Network::new(&architecture, 1).unwrap();
     let mut trainer = Trainer::new(network.clone(), Adam::default(), 0).unwrap();
-    let batch = Batch { inputs: &[0.5; 3], steps: 1, rows: 1, outputs: Outputs::Last };
+    let batch = SequenceBatch { inputs: &[0.5; 3], steps: 1, rows: 1, outputs: HeadOutputs::Last };
     for (value, slope, name) in [(f64::NAN, 0.0, "loss"), (1.0, f32::INFINITY, "norm of the gradient")] {
         let loss = |_: &[f32], d_outputs: &mut [f32]| {
             d_outputs.fill(slope);

@@ -2,7 +2,7 @@
 
 use super::super::body::{Body, BodySpec};
 use super::{body, spec};
-use hysteron_actuator::{Prony, Tendon};
+use hysteron_actuator::{Prony, TendonModel};
 use hysteron_base::rng;
 use rand::RngExt;
 
@@ -79,7 +79,7 @@ fn frictionless_elastic_body_gives_back_what_it_was_given() {
     for (now, then) in body.strains.iter().zip(&strains) {
         assert!((0..4).all(|a| (now[a] - then[a]).abs() < 1e-6), "{now:?} {then:?}");
     }
-    assert!(body.tendons.iter().map(Tendon::stored_energy).sum::<f64>() > 0.0);
+    assert!(body.tendons.iter().map(TendonModel::stored_energy).sum::<f64>() > 0.0);
 }
 
 #[test]

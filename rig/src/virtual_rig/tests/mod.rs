@@ -16,7 +16,7 @@ mod recordings;
 mod whole;
 
 use super::body::{Body, BodySpec};
-use hysteron_actuator::{FrictionLaw, Prony, Tendon, TendonSpec};
+use hysteron_actuator::{FrictionLaw, Prony, TendonModel, TendonSpec};
 
 /// The tube of the CoReAct paper with round numbers, four tendons, and nothing that is not asked for.
 pub(super) fn spec() -> BodySpec {
@@ -51,6 +51,6 @@ pub(super) fn body_of_law(spec: BodySpec, friction: f64, friction_force: f64, la
     let mut rest_lengths = vec![spec.length / spec.n_sections as f64; spec.n_sections + 1];
     rest_lengths[0] = 0.3;
     let tendon = TendonSpec { rest_lengths, axial_stiffness: 5000.0, friction, friction_force, law };
-    let tendons = spec.guides.iter().map(|_| Tendon::new(tendon.clone()).unwrap()).collect();
+    let tendons = spec.guides.iter().map(|_| TendonModel::new(tendon.clone()).unwrap()).collect();
     Body::new(spec, tendons)
 }

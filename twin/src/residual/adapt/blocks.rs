@@ -12,7 +12,7 @@ const SHORTEST_S: f64 = 4.0;
 
 /// Samples of a motion.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Block {
+pub(super) struct MotionBlock {
     /// Which motion.
     pub motion: usize,
     /// Which of its samples.
@@ -20,12 +20,12 @@ pub(super) struct Block {
 }
 
 /// Whole motions, or blocks of them where there are few.
-pub(super) fn blocks(motions: &[Motion]) -> Vec<Block> {
+pub(super) fn blocks(motions: &[Motion]) -> Vec<MotionBlock> {
     let pieces = |(motion, of): (usize, &Motion)| {
         let n = of.len();
         let most = (n as f64 * of.step / SHORTEST_S) as usize;
         let count = if motions.len() >= MIN_WHOLE { 1 } else { (PIECES / motions.len()).min(most).max(1) };
-        (0..count).map(move |k| Block { motion, samples: k * n / count..(k + 1) * n / count })
+        (0..count).map(move |k| MotionBlock { motion, samples: k * n / count..(k + 1) * n / count })
     };
     motions.iter().enumerate().flat_map(pieces).collect()
 }

@@ -16,21 +16,21 @@ mod whitening;
 use hysteron_base::{BadInput, Bounds, parallel};
 use serde::Serialize;
 
-use super::adaptation::Filter;
-use super::{AdaptOptions, Adaptation, Design, ResidualModel, RobotChange};
+use super::adaptation::AdaptationFilter;
+use super::{AdaptOptions, Adaptation, ResidualDesign, ResidualModel, RobotChange};
 use crate::Result;
-use crate::coreact::Auxiliary;
+use crate::coreact::AuxiliaryLimits;
 use crate::model::Twin;
 use crate::motion::Motion;
-use blocks::{Block, blocks};
-use ridge::Normal;
-use rolled::{Rig, Rolled, Task};
+use blocks::{MotionBlock, blocks};
+use ridge::GaussNewtonSystem;
+use rolled::{RolloutErrors, RolloutTask, TwinWithNetwork};
 use whitening::Whitening;
 
 /// Parts of the adaptation that are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kept {
+pub enum AdaptedParts {
     /// The model as it was.
     Nothing,
     /// Zeros, play and friction.
@@ -41,7 +41,7 @@ pub enum Kept {
     Both,
 }
 
-impl Kept {
+impl AdaptedParts {
     /// From the fewest numbers to the most.
     const ALL: [Self; 4] = [Self::Nothing, Self::Change, Self::Correction, Self::Both];
 
@@ -74,10 +74,10 @@ pub struct Adapted {
     /// The model, with the parts that are kept.
     pub model: ResidualModel,
     /// Parts that are kept.
-    pub kept: Kept,
+    pub kept: AdaptedParts,
     /// Root mean square distance of the tip over all blocks, each as test block [m], by the parts that would
     /// be kept; without a mean of each block that the tracker's drift explains.
-    pub held_out_m: Vec<(Kept, f64)>,
+    pub held_out_m: Vec<(AdaptedParts, f64)>,
     /// Blocks, by the name of their motion and their first and last time [s].
     pub blocks: Vec<(String, [f64; 2])>,
     /// The change that was found, kept or not, beyond what the model had.
@@ -109,13 +109,13 @@ const ROUNDS: usize = 2;
 /// Less than two blocks of motion; a model of another robot or rate; those of [`crate::Stepper::step`].
 pub fn adapt(
     twin: &Twin,
-    auxiliary: &Auxiliary,
+    auxiliary: &AuxiliaryLimits,
     model: &ResidualModel,
     motions: &[Motion],
     options: &AdaptOptions,
     on_sample: &(dyn Fn() -> bool + Sync),
 ) -> Result<Option<Adapted>> {
-    let search = Search::new(Rig { twin, auxiliary, model, motions, on_sample }, options)?;
+    let search = AdaptSearch::new(TwinWithNetwork { twin, auxiliary, model, motions, on_sample }, options)?;
     let Some(seen) = search.look()? else { return Ok(None) };
     let Some(evaluated) = search.evaluate(&seen)? else { return Ok(None) };
     search.finish(&seen, evaluated)
@@ -132,10 +132,10 @@ pub fn n_samples(twin: &Twin, motions: &[Motion]) -> usize {
 }
 
 /// All that stays while the search goes on.
-struct Search<'a> {
-    rig: Rig<'a>,
+struct AdaptSearch<'a> {
+    rig: TwinWithNetwork<'a>,
     options: &'a AdaptOptions,
-    blocks: Vec<Block>,
+    blocks: Vec<MotionBlock>,
     before: RobotChange,
     /// Prior deviation, bounds and difference of each parameter: zeros, play, and friction where there is any.
     deviations: Vec<f64>,
@@ -144,23 +144,23 @@ struct Search<'a> {
 }
 
 /// Every motion with the model as it was, and what each parameter does to it.
-struct Seen {
-    motions: Vec<Rolled>,
+struct Linearisation {
+    motions: Vec<RolloutErrors>,
     /// By motion, by parameter: ∂(error)/∂p, by axis [m over the parameter's unit].
     columns: Vec<Vec<[Vec<f64>; 3]>>,
     /// By block: normal equations of the whitened errors.
-    normals: Vec<Normal>,
+    normals: Vec<GaussNewtonSystem>,
 }
 
 /// Errors on the test blocks, and the decision.
-struct Evaluated {
-    kept: Kept,
-    held_out_m: Vec<(Kept, f64)>,
+struct TestEvaluation {
+    kept: AdaptedParts,
+    held_out_m: Vec<(AdaptedParts, f64)>,
     weight: f64,
 }
 
-impl<'a> Search<'a> {
-    fn new(rig: Rig<'a>, options: &'a AdaptOptions) -> Result<Self> {
+impl<'a> AdaptSearch<'a> {
+    fn new(rig: TwinWithNetwork<'a>, options: &'a AdaptOptions) -> Result<Self> {
         options.check()?;
         let blocks = blocks(rig.motions);
         if blocks.len() < 2 {
@@ -201,9 +201,12 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn whole(&self, p: &[f64]) -> Vec<Task> {
-        let task =
-            |motion| Task { motion, n_samples: self.rig.motions[motion].len(), change: self.change(p) };
+    fn whole(&self, p: &[f64]) -> Vec<RolloutTask> {
+        let task = |motion| RolloutTask {
+            motion,
+            n_samples: self.rig.motions[motion].len(),
+            change: self.change(p),
+        };
         (0..self.rig.motions.len()).map(task).collect()
     }
 
@@ -214,11 +217,11 @@ impl<'a> Search<'a> {
     }
 
     /// Rolls out all motions, as they are and with every parameter a little off.
-    fn look(&self) -> Result<Option<Seen>> {
+    fn look(&self) -> Result<Option<Linearisation>> {
         let n = self.deviations.len();
         let mut points = vec![vec![0.0; n]];
         points.extend((0..n).map(|k| (0..n).map(|l| if k == l { self.steps[k] } else { 0.0 }).collect()));
-        let tasks: Vec<Task> = points.iter().flat_map(|p: &Vec<f64>| self.whole(p)).collect();
+        let tasks: Vec<RolloutTask> = points.iter().flat_map(|p: &Vec<f64>| self.whole(p)).collect();
         let Some(mut motions) = self.rig.roll(&tasks)? else { return Ok(None) };
         let varied = motions.split_off(self.rig.motions.len());
         let column = |motion: usize, k: usize| -> [Vec<f64>; 3] {
@@ -234,12 +237,12 @@ impl<'a> Search<'a> {
         let columns: Vec<Vec<_>> =
             (0..motions.len()).map(|motion| (0..n).map(|k| column(motion, k)).collect()).collect();
         let normals = self.normals(&motions, &columns);
-        Ok(Some(Seen { motions, columns, normals }))
+        Ok(Some(Linearisation { motions, columns, normals }))
     }
 
     /// Normal equations of each block.
-    fn normals(&self, motions: &[Rolled], columns: &[Vec<[Vec<f64>; 3]>]) -> Vec<Normal> {
-        let mut normals = vec![Normal::zeros(self.deviations.len()); self.blocks.len()];
+    fn normals(&self, motions: &[RolloutErrors], columns: &[Vec<[Vec<f64>; 3]>]) -> Vec<GaussNewtonSystem> {
+        let mut normals = vec![GaussNewtonSystem::zeros(self.deviations.len()); self.blocks.len()];
         for (m, motion) in motions.iter().enumerate() {
             let (whitening, is_used) = (self.whitening(m), motion.is_used());
             for c in 0..3 {
@@ -259,8 +262,8 @@ impl<'a> Search<'a> {
     }
 
     /// The parameters that fit all blocks but `held_out`.
-    fn fit(&self, normals: &[Normal], held_out: Option<usize>, weight: f64) -> Vec<f64> {
-        let mut sum = Normal::zeros(self.deviations.len());
+    fn fit(&self, normals: &[GaussNewtonSystem], held_out: Option<usize>, weight: f64) -> Vec<f64> {
+        let mut sum = GaussNewtonSystem::zeros(self.deviations.len());
         for (_, normal) in normals.iter().enumerate().filter(|(k, _)| Some(*k) != held_out) {
             sum.square += &normal.square;
             sum.right += &normal.right;
@@ -269,9 +272,9 @@ impl<'a> Search<'a> {
     }
 
     /// The weight of the prior with the least error on test blocks, whitened and to first order.
-    fn choose_weight(&self, normals: &[Normal]) -> f64 {
+    fn choose_weight(&self, normals: &[GaussNewtonSystem]) -> f64 {
         let left = |weight: f64| -> f64 {
-            let of_block = |(k, normal): (usize, &Normal)| {
+            let of_block = |(k, normal): (usize, &GaussNewtonSystem)| {
                 let p = nalgebra::DVector::from_vec(self.fit(normals, Some(k), weight));
                 2.0 * normal.right.dot(&p) + p.dot(&(&normal.square * &p))
             };
@@ -286,9 +289,9 @@ impl<'a> Search<'a> {
 
     /// The linear correction that motions ask for, one after the other, but for a block; none where the design has
     /// none.
-    fn correction(&self, motions: &[Rolled], held_out: Option<&Block>) -> Option<Adaptation> {
-        let Design::Recurrent { features, .. } = &self.rig.model.design else { return None };
-        let mut filter = Filter::new(features, *self.options);
+    fn correction(&self, motions: &[RolloutErrors], held_out: Option<&MotionBlock>) -> Option<Adaptation> {
+        let ResidualDesign::Recurrent { features, .. } = &self.rig.model.design else { return None };
+        let mut filter = AdaptationFilter::new(features, *self.options);
         for (m, motion) in motions.iter().enumerate() {
             let is_used = motion.is_used();
             let is_held_out =
@@ -301,26 +304,26 @@ impl<'a> Search<'a> {
     }
 
     /// Evaluates all that may be kept on every block in turn.
-    fn evaluate(&self, seen: &Seen) -> Result<Option<Evaluated>> {
+    fn evaluate(&self, seen: &Linearisation) -> Result<Option<TestEvaluation>> {
         let weight = self.choose_weight(&seen.normals);
         let fits: Vec<Vec<f64>> =
             (0..self.blocks.len()).map(|k| self.fit(&seen.normals, Some(k), weight)).collect();
-        let task = |(block, p): (&Block, &Vec<f64>)| Task {
+        let task = |(block, p): (&MotionBlock, &Vec<f64>)| RolloutTask {
             motion: block.motion,
             n_samples: block.samples.end,
             change: self.change(p),
         };
-        let tasks: Vec<Task> = self.blocks.iter().zip(&fits).map(task).collect();
+        let tasks: Vec<RolloutTask> = self.blocks.iter().zip(&fits).map(task).collect();
         let Some(changed) = self.rig.roll(&tasks)? else { return Ok(None) };
         let drift = self.options.drift_m;
-        let of_block = |k: usize| -> Vec<(Kept, Option<Squares>)> {
+        let of_block = |k: usize| -> Vec<(AdaptedParts, Option<Squares>)> {
             let (block, p) = (&self.blocks[k], &fits[k]);
             // Errors on the training blocks under the change, to first order.
-            let left: Vec<Rolled> =
+            let left: Vec<RolloutErrors> =
                 seen.motions.iter().zip(&seen.columns).map(|(m, c)| moved(m, c, p)).collect();
             let corrections =
                 [self.correction(&seen.motions, Some(block)), self.correction(&left, Some(block))];
-            let squares = |kept: Kept| {
+            let squares = |kept: AdaptedParts| {
                 let rolled = if kept.has_change() { &changed[k] } else { &seen.motions[block.motion] };
                 let correction = corrections[usize::from(kept.has_change())].as_ref();
                 match (kept.has_correction(), correction) {
@@ -329,7 +332,7 @@ impl<'a> Search<'a> {
                     (true, None) => None,
                 }
             };
-            Kept::ALL.map(|kept| (kept, squares(kept))).into()
+            AdaptedParts::ALL.map(|kept| (kept, squares(kept))).into()
         };
         let all: Vec<Vec<_>> = parallel::map_indices(self.blocks.len(), of_block);
         let error = |number: usize| -> Option<f64> {
@@ -337,13 +340,16 @@ impl<'a> Search<'a> {
                 all.iter().try_fold(Squares::default(), |sum, block| Some(sum.plus(block[number].1?)))?;
             Some(sum.root_mean())
         };
-        let held_out_m: Vec<(Kept, f64)> =
-            Kept::ALL.iter().enumerate().filter_map(|(number, kept)| Some((*kept, error(number)?))).collect();
-        Ok(Some(Evaluated { kept: self.decide(&held_out_m), held_out_m, weight }))
+        let held_out_m: Vec<(AdaptedParts, f64)> = AdaptedParts::ALL
+            .iter()
+            .enumerate()
+            .filter_map(|(number, kept)| Some((*kept, error(number)?)))
+            .collect();
+        Ok(Some(TestEvaluation { kept: self.decide(&held_out_m), held_out_m, weight }))
     }
 
     /// Parts with a smaller error on test blocks than all with fewer numbers, by enough.
-    fn decide(&self, held_out_m: &[(Kept, f64)]) -> Kept {
+    fn decide(&self, held_out_m: &[(AdaptedParts, f64)]) -> AdaptedParts {
         let mut best = held_out_m[0];
         for candidate in &held_out_m[1..] {
             if candidate.1 < (1.0 - self.options.least_gain) * best.1 {
@@ -354,7 +360,7 @@ impl<'a> Search<'a> {
     }
 
     /// Fits to all motion what is kept.
-    fn finish(&self, seen: &Seen, evaluated: Evaluated) -> Result<Option<Adapted>> {
+    fn finish(&self, seen: &Linearisation, evaluated: TestEvaluation) -> Result<Option<Adapted>> {
         let n = self.deviations.len();
         let mut p = self.fit(&seen.normals, None, evaluated.weight);
         let found = p.clone();
@@ -366,7 +372,7 @@ impl<'a> Search<'a> {
                 if round + 1 < ROUNDS {
                     // Errors as they are now, less what the parameters did to first order: as if from the beginning.
                     let back: Vec<f64> = p.iter().map(|p| -p).collect();
-                    let from_start: Vec<Rolled> = last
+                    let from_start: Vec<RolloutErrors> = last
                         .iter()
                         .zip(&seen.columns)
                         .map(|(motion, columns)| moved(motion, columns, &back))
@@ -377,8 +383,8 @@ impl<'a> Search<'a> {
         }
         let kept_p = if evaluated.kept.has_change() { p.clone() } else { vec![0.0; n] };
         let correction = evaluated.kept.has_correction().then(|| self.correction(&last, None)).flatten();
-        let errors = |motion: usize, rolled: &Rolled, correction: Option<&Adaptation>| {
-            let whole = Block { motion, samples: 0..rolled.is_measured.len() };
+        let errors = |motion: usize, rolled: &RolloutErrors, correction: Option<&Adaptation>| {
+            let whole = MotionBlock { motion, samples: 0..rolled.is_measured.len() };
             Squares::of(rolled, &whole, correction, 0.0).root_mean()
         };
         let motion_errors = |m: usize| MotionErrors {
@@ -395,7 +401,7 @@ impl<'a> Search<'a> {
             adaptation: correction.as_ref().map(|it| it.added_to(before)).or_else(|| before.cloned()),
             ..self.rig.model.clone()
         };
-        let of_block = |block: &Block| {
+        let of_block = |block: &MotionBlock| {
             let motion = &self.rig.motions[block.motion];
             let ends = [block.samples.start, block.samples.end - 1].map(|i| motion.time[i]);
             (motion.name.clone(), ends)
@@ -418,7 +424,7 @@ impl<'a> Search<'a> {
 }
 
 /// Errors of a motion when the parameters move by `p`, to first order.
-fn moved(motion: &Rolled, columns: &[[Vec<f64>; 3]], p: &[f64]) -> Rolled {
+fn moved(motion: &RolloutErrors, columns: &[[Vec<f64>; 3]], p: &[f64]) -> RolloutErrors {
     let mut moved = motion.clone();
     for (column, p) in columns.iter().zip(p) {
         for (series, column) in moved.missed.iter_mut().zip(column) {
@@ -442,7 +448,7 @@ struct Squares {
 impl Squares {
     /// Of a block, less a correction, and less a mean along each axis of up to `drift` [m]: a tracker that is
     /// off by that much for the whole of a block carries no information on the robot.
-    fn of(rolled: &Rolled, block: &Block, correction: Option<&Adaptation>, drift: f64) -> Self {
+    fn of(rolled: &RolloutErrors, block: &MotionBlock, correction: Option<&Adaptation>, drift: f64) -> Self {
         let left = |i: usize| -> [f64; 3] {
             let said = correction.map_or([0.0; 3], |it| it.displacement(rolled.terms_at(i)));
             let missed = rolled.missed_at(i);

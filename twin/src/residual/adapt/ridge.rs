@@ -5,12 +5,12 @@ use nalgebra::{DMatrix, DVector};
 
 /// JᵀJ and Jᵀr of some errors r + J p.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Normal {
+pub(super) struct GaussNewtonSystem {
     pub square: DMatrix<f64>,
     pub right: DVector<f64>,
 }
 
-impl Normal {
+impl GaussNewtonSystem {
     pub fn zeros(n: usize) -> Self {
         Self { square: DMatrix::zeros(n, n), right: DVector::zeros(n) }
     }
@@ -61,10 +61,10 @@ mod tests {
     const WIDE: Bounds = Bounds { min: -10.0, max: 10.0 };
 
     /// Errors that p = (1, -2) explains.
-    fn normal() -> Normal {
+    fn normal() -> GaussNewtonSystem {
         let columns = [vec![1.0, 2.0, 0.5, -1.0], vec![0.3, -1.0, 2.0, 0.7]];
         let errors: Vec<f64> = columns[0].iter().zip(&columns[1]).map(|(a, b)| -(a - 2.0 * b)).collect();
-        let mut normal = Normal::zeros(2);
+        let mut normal = GaussNewtonSystem::zeros(2);
         normal.add(&errors, &columns);
         normal
     }

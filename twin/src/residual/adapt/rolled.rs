@@ -3,15 +3,15 @@
 use hysteron_base::parallel;
 
 use crate::Result;
-use crate::coreact::Auxiliary;
+use crate::coreact::AuxiliaryLimits;
 use crate::model::Twin;
 use crate::motion::Motion;
 use crate::plant::Plant;
-use crate::residual::{ResidualModel, RobotChange, Rollout};
+use crate::residual::{CorrectedRollout, ResidualModel, RobotChange};
 
 /// A motion from its beginning on.
 #[derive(Debug, Clone)]
-pub(super) struct Rolled {
+pub(super) struct RolloutErrors {
     /// Measured tip less the twin's, by axis [m].
     pub missed: [Vec<f64>; 3],
     /// Terms of the linear correction (n × n_terms).
@@ -23,7 +23,7 @@ pub(super) struct Rolled {
 }
 
 /// A rollout to be made: a motion, by number, up to a sample, with a change of the robot.
-pub(super) struct Task {
+pub(super) struct RolloutTask {
     pub motion: usize,
     pub n_samples: usize,
     pub change: RobotChange,
@@ -31,26 +31,26 @@ pub(super) struct Task {
 
 /// A twin with its network, and the motions of the robot.
 #[derive(Clone, Copy)]
-pub(super) struct Rig<'a> {
+pub(super) struct TwinWithNetwork<'a> {
     pub twin: &'a Twin,
-    pub auxiliary: &'a Auxiliary,
+    pub auxiliary: &'a AuxiliaryLimits,
     pub model: &'a ResidualModel,
     pub motions: &'a [Motion],
     /// Called after every sample; ends the rollouts where it returns false.
     pub on_sample: &'a (dyn Fn() -> bool + Sync),
 }
 
-impl Rig<'_> {
+impl TwinWithNetwork<'_> {
     /// Makes rollouts in parallel; none where they were ended.
-    pub fn roll(&self, tasks: &[Task]) -> Result<Option<Vec<Rolled>>> {
+    pub fn roll(&self, tasks: &[RolloutTask]) -> Result<Option<Vec<RolloutErrors>>> {
         Ok(parallel::try_map(tasks, |task| self.roll_one(task))?.into_iter().collect())
     }
 
-    fn roll_one(&self, task: &Task) -> Result<Option<Rolled>> {
+    fn roll_one(&self, task: &RolloutTask) -> Result<Option<RolloutErrors>> {
         let motion = &self.motions[task.motion];
         let model = ResidualModel { change: Some(task.change.clone()), ..self.model.clone() };
-        let mut rollout = Rollout::new(self.twin, self.auxiliary, &model, motion.step)?;
-        let mut rolled = Rolled {
+        let mut rollout = CorrectedRollout::new(self.twin, self.auxiliary, &model, motion.step)?;
+        let mut rolled = RolloutErrors {
             missed: Default::default(),
             terms: Vec::new(),
             is_measured: motion.gap[..task.n_samples].iter().map(|gap| !gap).collect(),
@@ -71,7 +71,7 @@ impl Rig<'_> {
     }
 }
 
-impl Rolled {
+impl RolloutErrors {
     /// Samples that count in a fit: measured, with the network within its training range.
     pub fn is_used(&self) -> Vec<bool> {
         self.is_measured

@@ -8,7 +8,7 @@ use hysteron_arm::neural::{
 };
 use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Recording, json, parallel};
-use hysteron_learn::Progress;
+use hysteron_learn::TrainingProgress;
 use hysteron_report::verdict::{Criterion, Verdict};
 
 use super::{Options, Outcome};
@@ -47,14 +47,14 @@ fn adapt(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     };
     let trajectories = options.recordings.iter().map(read).collect::<anyhow::Result<Vec<_>>>()?;
     let bar = context.progress("updates", options.updates, 0);
-    let mut progress = |p: &Progress| {
-        if let Progress::Epoch(epoch) = p {
+    let mut progress = |p: &TrainingProgress| {
+        if let TrainingProgress::Epoch(epoch) = p {
             bar.set_message(format!("joints {:.3}°, best {:.3}°", epoch.validation, epoch.best));
         }
         bar.inc(1);
         !context.is_cancelled()
     };
-    let about = (options.updates as u64, &mut progress as &mut dyn FnMut(&Progress) -> bool);
+    let about = (options.updates as u64, &mut progress as &mut dyn FnMut(&TrainingProgress) -> bool);
     let mut adapted = actuator.adapted(&model, &trajectories, about)?;
     bar.finish();
     if context.is_cancelled() {

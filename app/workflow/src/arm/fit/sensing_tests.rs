@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use hysteron_arm::neural::{Prior, TaskScores};
 use hysteron_base::{Metadata, Recording};
-use hysteron_learn::{Block, Form};
+use hysteron_learn::{BlockKind, TemporalForm};
 use hysteron_rig::virtual_arm::{VirtualArm, data_set};
 
 use super::neural;
@@ -32,8 +32,8 @@ fn options(recordings: PathBuf, out: PathBuf) -> neural::Options {
         robot_options: crate::arm::RobotOptions::default(),
         leave_out: Vec::new(),
         free: vec!["force_unlabeled".to_owned()],
-        form: Form::Streaming,
-        block: Block::GatedPreNorm,
+        form: TemporalForm::Streaming,
+        block: BlockKind::GatedPreNorm,
         width: 8,
         layers: 1,
         warm_start: 0,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use hysteron_base::{Channel, Metadata, Recording};
-use hysteron_learn::{Block, Form};
+use hysteron_learn::{BlockKind, TemporalForm};
 
 use super::neural;
 use crate::arm::evaluate;
@@ -62,8 +62,8 @@ fn options(recordings: Vec<PathBuf>, out: PathBuf) -> neural::Options {
         robot_options: crate::arm::RobotOptions::default(),
         leave_out: Vec::new(),
         free: Vec::new(),
-        form: Form::Streaming,
-        block: Block::GatedPreNorm,
+        form: TemporalForm::Streaming,
+        block: BlockKind::GatedPreNorm,
         width: 16,
         layers: 1,
         warm_start: 150,

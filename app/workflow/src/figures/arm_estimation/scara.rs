@@ -8,7 +8,7 @@ use hysteron_studies::estimation::scara_friction::{FrictionCell, TRUE, compensat
 use serde_json::Value;
 
 use hysteron_report::figure::{register_embedded_font, save};
-use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};
+use hysteron_report::lines::{Curve, PanelScale, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
 
 use hysteron_report::verdict::{Criterion, Verdict};
@@ -241,7 +241,7 @@ fn folds(study: &ScaraStudy) -> TimeChart {
     let mut chart =
         TimeChart::over_time("folds", "Five-fold validation (figure 12)", caption, &steps, panels.collect());
     chart.x_name = "fold [-]";
-    chart.scale = Scale::Common;
+    chart.scale = PanelScale::Common;
     chart
 }
 

@@ -3,7 +3,7 @@
 use hysteron_base::Recording;
 use plotters::prelude::*;
 
-use hysteron_report::figure::{Entry, Figure};
+use hysteron_report::figure::{Figure, LegendEntry};
 use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet, padded};
 use hysteron_report::simplify::{between_sharp_turns, simplified};
 
@@ -66,7 +66,7 @@ impl Figure for Hysteresis {
         )
     }
 
-    fn legend(&self) -> Vec<Entry> {
+    fn legend(&self) -> Vec<LegendEntry> {
         let twins = NAMES.iter().zip(TWIN).map(|(name, color)| (format!("twin {name}"), color));
         [("robot".to_owned(), ROBOT)].into_iter().chain(twins).collect()
     }

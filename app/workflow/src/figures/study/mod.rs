@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use hysteron_base::Recording;
 use hysteron_control::score::{PathScore, score};
-use hysteron_control::tracking::{Origin, Part};
+use hysteron_control::tracking::{CurvePart, TipOrigin};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -23,7 +23,7 @@ use hysteresis::Hysteresis;
 use hysteron_report::figure::{Drawn, register_embedded_font, save};
 use hysteron_report::lines::TimeChart;
 use hysteron_report::page::{Page, write_metrics, write_page};
-use hysteron_report::series::{MEASURED, TWIN, Tip, UNCORRECTED, error_panel, tip_panels};
+use hysteron_report::series::{MEASURED, TWIN, TipSeries, UNCORRECTED, error_panel, tip_panels};
 use hysteron_report::verdict::{Criterion, Verdict};
 
 use crate::shared::verdict::compared;
@@ -241,7 +241,7 @@ fn tracked_in<'a>(
     let tips: Vec<PathBuf> = (1..=repeats).map(|k| folder.join(repeat(k))).collect();
     // A rig that refused one of them has not carried out the whole.
     let rows = if tips.iter().all(|tip| tip.exists()) {
-        evaluate::rows(&target.path, inputs::read(&tips)?, Part::AtTheSameTimes, Origin::Frame)?
+        evaluate::rows(&target.path, inputs::read(&tips)?, CurvePart::AtTheSameTimes, TipOrigin::Frame)?
     } else {
         Vec::new()
     };
@@ -298,8 +298,8 @@ fn show_twin(page: &mut Page, out: &Path, study: &Study, predicted: &[Predicted]
 /// Tip and error of a trajectory over time, measured and of the twin without its network and with it.
 fn over_time(trajectory: &str, measured: &Recording, twins: [&Recording; 2]) -> Option<[TimeChart; 2]> {
     let gap = measured.gap();
-    let robot = Tip::new("measured", MEASURED, &measured.tip()?).without_gaps(gap);
-    let twin = |name, color, recording: &Recording| Some(Tip::new(name, color, &recording.tip()?));
+    let robot = TipSeries::new("measured", MEASURED, &measured.tip()?).without_gaps(gap);
+    let twin = |name, color, recording: &Recording| Some(TipSeries::new(name, color, &recording.tip()?));
     let twins = [
         twin("twin without the network", UNCORRECTED, twins[0])?,
         twin("twin with the network", TWIN, twins[1])?,

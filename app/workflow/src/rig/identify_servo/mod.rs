@@ -14,7 +14,7 @@ use hysteron_actuator::identify::{
 use hysteron_actuator::law::{LEARNED_MAP, Law, RISING_MAP};
 use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Recording};
-use hysteron_fit::Standing;
+use hysteron_fit::Identifiability;
 use hysteron_report::folder::ReportFolder;
 
 use crate::figures::identify_servo as figures;
@@ -270,7 +270,7 @@ fn rows(
                 value: stall_torque,
                 standard_error: None,
                 note: "as given: loads alone cannot tell it; record tension_k_n".into(),
-                standing: Standing::Undetermined(Vec::new()),
+                standing: Identifiability::Undetermined(Vec::new()),
             });
         }
         let finest = finest_speed(period);
@@ -280,11 +280,11 @@ fn rows(
         rows.extend(found.fit.estimates.iter().map(|estimate| {
             let mut row = Row::of_estimate(estimate);
             let is_of_low_speed = is_speed(&row.name) || row.name.starts_with("breakaway_excess");
-            let is_held = matches!(estimate.standing, Standing::Undetermined(_));
+            let is_held = matches!(estimate.standing, Identifiability::Undetermined(_));
             if is_of_low_speed && (is_blurred || is_held) {
                 row.note = format!("cannot be told: below {finest:.2} rad/s a servo moves tick by tick");
                 (row.value, row.standard_error) = (f64::NAN, None);
-                row.standing = Standing::Undetermined(Vec::new());
+                row.standing = Identifiability::Undetermined(Vec::new());
             } else if is_held {
                 row.note =
                     "cannot be told: record slower and faster motion of a tendon pulled more and less".into();
@@ -299,14 +299,14 @@ fn rows(
             value: 1e3 * radius * found.width,
             standard_error: Some(1e3 * radius * found.standard_error),
             note: format!("{} reversals", found.reversals.len()),
-            standing: Standing::Fitted,
+            standing: Identifiability::Fitted,
         }),
         Err(bad) => rows.push(Row {
             name: "backlash_mm".into(),
             value: f64::NAN,
             standard_error: None,
             note: format!("cannot be told: {bad}"),
-            standing: Standing::Undetermined(Vec::new()),
+            standing: Identifiability::Undetermined(Vec::new()),
         }),
     }
     rows

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, Bounds, Channel, Recording};
-use hysteron_control::{Limits, Plan};
+use hysteron_control::{Plan, StrokeLimits};
 use hysteron_rig::config::RigConfig;
 
 use super::Options;
@@ -142,8 +142,8 @@ fn check_out(options: &Options, n: usize, hint: &str) -> Result<(), BadInput> {
     Err(BadInput::new(place, format!("a folder, for {n} trajectories"), "a file").hint(hint))
 }
 
-fn limits_of(rig: &RigConfig) -> Limits {
-    Limits {
+fn limits_of(rig: &RigConfig) -> StrokeLimits {
+    StrokeLimits {
         stroke: Bounds { min: rig.limits.stroke_min, max: rig.limits.stroke_max },
         stroke_rate: rig.limits.stroke_rate_max,
     }

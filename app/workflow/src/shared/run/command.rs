@@ -6,9 +6,9 @@
 
 use std::path::Path;
 
-use hysteron_base::{BadInput, Drive, Recording};
-use hysteron_twin::coreact::Auxiliary;
-use hysteron_twin::{Target, TendonSpec, Twin, TwinState};
+use hysteron_base::{BadInput, PrescribedQuantity, Recording};
+use hysteron_twin::coreact::AuxiliaryLimits;
+use hysteron_twin::{Target, Twin, TwinState, TwinTendon};
 
 use super::goals::Goals;
 
@@ -62,16 +62,16 @@ impl<'a> Command<'a> {
     fn checked(twin: &Twin, recording: &'a Recording) -> Result<Self, BadInput> {
         let primary = &twin.tendons[..twin.n_primary];
         let strokes = recording.strokes();
-        let is_by_stroke = |tendon: &TendonSpec| tendon.drive == Drive::Stroke;
+        let is_by_stroke = |tendon: &TwinTendon| tendon.drive == PrescribedQuantity::Stroke;
         if primary.iter().any(is_by_stroke) || strokes.len() > primary.len() {
             check_count("stroke", strokes.len(), primary)?;
         }
         let mut courses = Vec::new();
         for (j, tendon) in primary.iter().enumerate() {
             courses.push(match tendon.drive {
-                Drive::Stroke => Course::Strokes(strokes[j]),
-                Drive::Tension => Course::Tensions(tensions(recording, tendon, j + 1)?),
-                Drive::Free => Course::Constant(Target::Free),
+                PrescribedQuantity::Stroke => Course::Strokes(strokes[j]),
+                PrescribedQuantity::Tension => Course::Tensions(tensions(recording, tendon, j + 1)?),
+                PrescribedQuantity::Free => Course::Constant(Target::Free),
             });
         }
         Self::with_auxiliary(courses, twin, recording)
@@ -135,7 +135,7 @@ impl<'a> Command<'a> {
     /// The error of a stroke that is not held because the tendon has reached its largest tension.
     pub fn overloaded(&self, twin: &Twin, state: &TwinState) -> Option<anyhow::Error> {
         (0..twin.n_primary).find_map(|j| {
-            let TendonSpec { name, tension, .. } = &twin.tendons[j];
+            let TwinTendon { name, tension, .. } = &twin.tendons[j];
             let is_held = self.strokes_of(j).is_none() || state.tensions[j] < tension.max;
             (!is_held).then(|| {
                 anyhow::anyhow!(
@@ -193,10 +193,10 @@ impl<'a> Command<'a> {
 /// the strokes that CoReAct knows.
 fn driven<'a>(twin: &Twin, aux: &[&'a [f64]]) -> Result<Vec<Course<'a>>, BadInput> {
     let tendons = &twin.tendons[twin.n_primary..];
-    if tendons.iter().all(|tendon| tendon.drive != Drive::Tension) {
+    if tendons.iter().all(|tendon| tendon.drive != PrescribedQuantity::Tension) {
         return Ok(aux.iter().map(|values| Course::Strokes(values)).collect());
     }
-    let auxiliary = Auxiliary::new(twin).map_err(|error| {
+    let auxiliary = AuxiliaryLimits::new(twin).map_err(|error| {
         error
             .bad_input()
             .cloned()
@@ -218,7 +218,7 @@ fn driven<'a>(twin: &Twin, aux: &[&'a [f64]]) -> Result<Vec<Course<'a>>, BadInpu
 }
 
 /// As many channels of this kind as tendons.
-fn check_count(stem: &str, found: usize, tendons: &[TendonSpec]) -> Result<(), BadInput> {
+fn check_count(stem: &str, found: usize, tendons: &[TwinTendon]) -> Result<(), BadInput> {
     if found == tendons.len() {
         return Ok(());
     }
@@ -238,7 +238,7 @@ fn check_count(stem: &str, found: usize, tendons: &[TendonSpec]) -> Result<(), B
     Err(BadInput::new(format!("{stem} columns"), expected, found.to_string()).hint(hint))
 }
 
-fn tensions<'a>(recording: &'a Recording, tendon: &TendonSpec, number: usize) -> Result<&'a [f64], BadInput> {
+fn tensions<'a>(recording: &'a Recording, tendon: &TwinTendon, number: usize) -> Result<&'a [f64], BadInput> {
     let name = format!("tension_{number}_n");
     let hint =
         format!("the scene drives tendon {} by tension; set drive = \"stroke\" for strokes", tendon.name);
@@ -256,10 +256,10 @@ fn tensions<'a>(recording: &'a Recording, tendon: &TendonSpec, number: usize) ->
 }
 
 /// The target of a tendon that nothing drives.
-pub fn resting(tendon: &TendonSpec) -> Target {
+pub fn resting(tendon: &TwinTendon) -> Target {
     match tendon.drive {
-        Drive::Stroke => Target::Stroke(tendon.stroke.clamp(0.0)),
-        Drive::Tension => Target::Tension(tendon.tension.clamp(0.0)),
-        Drive::Free => Target::Free,
+        PrescribedQuantity::Stroke => Target::Stroke(tendon.stroke.clamp(0.0)),
+        PrescribedQuantity::Tension => Target::Tension(tendon.tension.clamp(0.0)),
+        PrescribedQuantity::Free => Target::Free,
     }
 }

@@ -2,14 +2,14 @@
 
 use anyhow::Context as _;
 use hysteron_report::body_views::{BodyViews, Rank, TensionLine};
-use hysteron_report::lines::{Curve, Scale, TimeChart, TimePanel};
+use hysteron_report::lines::{Curve, PanelScale, TimeChart, TimePanel};
 use hysteron_report::path_views::{PathViews, SpacePath};
 use hysteron_report::series::{
-    MEASURED, TARGET, TWIN, Tip, error_panel, millimetres, numbered_panels, tip_panels,
+    MEASURED, TARGET, TWIN, TipSeries, error_panel, millimetres, numbered_panels, tip_panels,
 };
 use hysteron_report::sheet::number;
 use hysteron_report::strokes::auxiliary_strokes;
-use hysteron_twin::TendonSpec;
+use hysteron_twin::TwinTendon;
 
 use super::outcome::Run;
 
@@ -30,10 +30,11 @@ pub(super) fn tendons(run: &Run) -> Vec<TimeChart> {
 pub(super) fn tip_and_error(run: &Run) -> anyhow::Result<Vec<TimeChart>> {
     let rest = run.twin.tip_of(&run.twin.rest());
     let tip = run.recording.tip().context("the recording has no tip")?;
-    let twin = Tip::new("simulated", TWIN, &tip).relative_to(rest);
-    let measured =
-        run.measured.map(|tip| Tip::new("measured", MEASURED, &tip).without_gaps(run.gap).relative_to(rest));
-    let goals = run.goals.map(|goals| Tip::new("goal", TARGET, &goals.positions()).relative_to(rest));
+    let twin = TipSeries::new("simulated", TWIN, &tip).relative_to(rest);
+    let measured = run
+        .measured
+        .map(|tip| TipSeries::new("measured", MEASURED, &tip).without_gaps(run.gap).relative_to(rest));
+    let goals = run.goals.map(|goals| TipSeries::new("goal", TARGET, &goals.positions()).relative_to(rest));
     let error = match (&measured, &goals) {
         (Some(measured), _) => Some((
             "Distance of the simulated tip from the measured one over time [mm].",
@@ -45,7 +46,7 @@ pub(super) fn tip_and_error(run: &Run) -> anyhow::Result<Vec<TimeChart>> {
         )),
         (None, None) => None,
     };
-    let tips: Vec<Tip> = measured.into_iter().chain(goals).chain([twin]).collect();
+    let tips: Vec<TipSeries> = measured.into_iter().chain(goals).chain([twin]).collect();
     let time = run.recording.time();
     let mut charts = vec![TimeChart::over_time(
         "tip-time",
@@ -64,7 +65,7 @@ pub(super) fn tip_and_error(run: &Run) -> anyhow::Result<Vec<TimeChart>> {
 fn strokes(run: &Run) -> TimeChart {
     let measured = run.recording.numbered("measured_stroke", "m");
     let panels = run.recording.strokes().into_iter().zip(measured).zip(&run.twin.tendons);
-    let panel = |((commanded, measured), tendon): ((&[f64], &[f64]), &TendonSpec)| {
+    let panel = |((commanded, measured), tendon): ((&[f64], &[f64]), &TwinTendon)| {
         // The measured one below: where the tendon is taut the two coincide.
         let curves = vec![
             Curve { width: 1.0, ..Curve::new("shortening along the body", 1, millimetres(measured)) },
@@ -77,7 +78,7 @@ fn strokes(run: &Run) -> TimeChart {
     let panels = panels.map(panel).collect();
     let chart =
         TimeChart::over_time("strokes", "Stroke of every tendon", caption, run.recording.time(), panels);
-    TimeChart { scale: Scale::Common, ..chart }
+    TimeChart { scale: PanelScale::Common, ..chart }
 }
 
 fn tensions(run: &Run) -> TimeChart {
@@ -117,7 +118,7 @@ pub(super) fn robot(run: &Run) -> BodyViews {
     let mm = |points: &[[f64; 4]]| -> Vec<[f64; 3]> {
         points.iter().map(|[x, y, z, _]| [1e3 * x, 1e3 * y, 1e3 * z]).collect()
     };
-    let tendon = |(j, tendon): (usize, &TendonSpec)| {
+    let tendon = |(j, tendon): (usize, &TwinTendon)| {
         let points = run.twin.cables.polyline(j, &state.positions);
         TensionLine {
             name: tendon.name.clone(),

@@ -1,14 +1,14 @@
 //! A run with the residual network: it drives the auxiliary tendons, and what it did is recorded.
 
 use hysteron_base::{BadInput, Channel};
-use hysteron_twin::residual::Rollout;
+use hysteron_twin::residual::CorrectedRollout;
 use hysteron_twin::{Plant, PlantStep, Twin, TwinState};
 
 use crate::shared::network::Network;
 
 /// A closed-loop rollout and its trace.
 pub struct Residual<'a> {
-    rollout: Rollout<'a>,
+    rollout: CorrectedRollout<'a>,
     /// Virtual strokes, by tendon [m].
     strokes: Vec<Vec<f64>>,
     /// 1 where the network left its training range.

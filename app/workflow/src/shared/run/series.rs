@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
-use hysteron_fem::{Array, Cells, Polylines, Pvd, Values, write_polylines, write_vtu};
+use hysteron_fem::{ArrayValues, Cells, Polylines, Pvd, VtkArray, write_polylines, write_vtu};
 use hysteron_twin::{Twin, TwinState};
 
 /// The file of a series that lists its pictures, and says by which program they are.
@@ -66,7 +66,7 @@ impl Series {
         let points = twin.body.in_file_order(&state.positions);
         let moved: Vec<[f64; 3]> =
             points.iter().zip(&self.rest).map(|(x, rest)| std::array::from_fn(|c| x[c] - rest[c])).collect();
-        let displacement = Array { name: "displacement_m", values: Values::Vectors(&moved) };
+        let displacement = VtkArray { name: "displacement_m", values: ArrayValues::Vectors(&moved) };
         write_vtu(&body, &points, &self.cells, &[displacement], &[])?;
         self.list.add(time, 0, &body)?;
         if !twin.cables.is_empty() {
@@ -74,8 +74,11 @@ impl Series {
                 (0..twin.tendons.len()).map(|j| twin.cables.polyline(j, &state.positions)).collect();
             let strokes = twin.strokes_of(state);
             let line_data = [
-                Array { name: "tension_n", values: Values::Scalars(&state.tensions[..twin.tendons.len()]) },
-                Array { name: "stroke_m", values: Values::Scalars(&strokes) },
+                VtkArray {
+                    name: "tension_n",
+                    values: ArrayValues::Scalars(&state.tensions[..twin.tendons.len()]),
+                },
+                VtkArray { name: "stroke_m", values: ArrayValues::Scalars(&strokes) },
             ];
             write_polylines(&tendons, Polylines { lines: &lines, line_data: &line_data })?;
             self.list.add(time, 1, &tendons)?;

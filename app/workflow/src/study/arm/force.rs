@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_arm::{Columns, ImportOptions, import};
+use hysteron_arm::{ColumnMap, ImportOptions, import};
 use hysteron_base::{BadInput, Metadata, Recording, file, json, parallel};
 use hysteron_learn::Error;
 use hysteron_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set};
@@ -144,7 +144,7 @@ impl NadFiles {
 
 fn telemetry(path: &Path) -> Found<Telemetry> {
     let recording = if path.extension().is_some_and(|ending| ending == "csv") {
-        let options = ImportOptions { columns: Some(Columns::named("nad-omx")?), ..Default::default() };
+        let options = ImportOptions { columns: Some(ColumnMap::named("nad-omx")?), ..Default::default() };
         import(path, &options, Metadata::default())?.recording
     } else {
         Recording::read(path)?

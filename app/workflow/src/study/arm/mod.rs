@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use hysteron_arm::lagrangian::Variant;
 use hysteron_base::{BadInput, json};
-use hysteron_learn::Progress;
+use hysteron_learn::TrainingProgress;
 use hysteron_studies::StudyProgress;
 use hysteron_studies::neural::NeuralScope;
 use serde_json::Value;
@@ -240,13 +240,13 @@ impl<'a> Bar<'a> {
         let bar = self.bar.get_or_insert_with(|| self.context.progress("cells", of, done));
         bar.set_position(done as u64);
         match p.training {
-            Some(Progress::Epoch(epoch)) => {
+            Some(TrainingProgress::Epoch(epoch)) => {
                 bar.set_message(format!(
                     "{}: {}/{}, error {:.2e}",
                     p.cell, epoch.number, epoch.of, epoch.best
                 ));
             }
-            Some(Progress::Step { .. }) => {}
+            Some(TrainingProgress::Step { .. }) => {}
             None => bar.set_message(p.cell.to_owned()),
         }
         !self.context.is_cancelled()

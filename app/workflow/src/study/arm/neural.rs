@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_arm::neural::{Features, SimulationOptions, Unlabelled, gripper_of, trajectory_of};
-use hysteron_arm::{Columns, ImportOptions, Model, import};
+use hysteron_arm::{ColumnMap, ImportOptions, Model, import};
 use hysteron_base::{BadInput, Metadata, Recording, file, json, parallel};
 use hysteron_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set, fault_set};
 use hysteron_studies::Listener;
@@ -93,7 +93,7 @@ fn read(folder: &Path) -> anyhow::Result<(Recorded, Value)> {
     }
     let one = |path: &PathBuf| -> anyhow::Result<Option<(String, Split, Recording)>> {
         let recording = if path.extension().is_some_and(|ending| ending == "csv") {
-            let columns = Some(Columns::named("nad-omx")?);
+            let columns = Some(ColumnMap::named("nad-omx")?);
             let options = ImportOptions { columns, ..Default::default() };
             import(path, &options, Metadata::default())?.recording
         } else {

@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, Scene, file};
-use hysteron_control::inverse::{Axes, InverseModel, Tip};
+use hysteron_control::inverse::{Axes, InverseModel, TipPosition};
 use hysteron_control::path::{PathSpan, is_recording};
-use hysteron_control::{Limits, TargetPath};
+use hysteron_control::{StrokeLimits, TargetPath};
 use hysteron_report::page::write_metrics;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -78,7 +78,7 @@ struct Target {
     /// Duration of a sample [s].
     step: f64,
     /// Tips (n_samples).
-    path: Vec<Tip>,
+    path: Vec<TipPosition>,
     /// Whether these have a z.
     axes: Axes,
 }
@@ -282,10 +282,10 @@ fn read_target(named: &str) -> anyhow::Result<Target> {
 }
 
 /// Those of the training, but for the ones given.
-fn limits(model: &InverseModel, given: &Given) -> Limits {
-    let Limits { stroke: Bounds { min, max }, stroke_rate } = model.limits;
+fn limits(model: &InverseModel, given: &Given) -> StrokeLimits {
+    let StrokeLimits { stroke: Bounds { min, max }, stroke_rate } = model.limits;
     let [lowest, highest] = given.stroke;
-    Limits {
+    StrokeLimits {
         stroke: Bounds { min: lowest.unwrap_or(min), max: highest.unwrap_or(max) },
         stroke_rate: given.rate.unwrap_or(stroke_rate),
     }

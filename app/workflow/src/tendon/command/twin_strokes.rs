@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_base::Scene;
-use hysteron_control::plan::Tendons;
+use hysteron_control::plan::TendonMapping;
 use hysteron_twin::Twin;
 use hysteron_twin::residual::{FollowLimits, FollowStep, PathFollower};
 
@@ -54,7 +54,7 @@ pub fn strokes(
     let scene = twins.scene(scene)?;
     let twin = Twin::from_scene(&scene)?;
     let network = checkpoint.map(|path| Network::read(path, &scene, &twin)).transpose()?;
-    let tendons = Tendons { angles: angles_of(&scene), release: 1.0, co_contraction: 0.0 };
+    let tendons = TendonMapping { angles: angles_of(&scene), release: 1.0, co_contraction: 0.0 };
     let coordinates = |point: [f64; 2], strokes: &mut [f64]| tendons.strokes_into(point, strokes);
     let limits =
         FollowLimits { stroke: given.stroke[1].unwrap_or(LIMITS[0]), rate: given.rate.unwrap_or(LIMITS[1]) };

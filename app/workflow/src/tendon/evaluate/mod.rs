@@ -10,7 +10,7 @@ use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::schema::text as base_text;
 use hysteron_control::TargetPath;
 use hysteron_control::path::is_untimed;
-use hysteron_control::tracking::{Origin, Part, Tracked, score};
+use hysteron_control::tracking::{CurvePart, TipOrigin, TrackedTip, score};
 
 use crate::Context;
 use crate::figures;
@@ -69,8 +69,8 @@ pub fn run_commanded(
     context: &Context,
 ) -> anyhow::Result<Outcome> {
     let target = TargetPath::open(&options.target)?;
-    let part = if options.whole { Part::Whole } else { Part::AtTheSameTimes };
-    let origin = if options.relative_to_rest { Origin::Rest } else { Origin::Frame };
+    let part = if options.whole { CurvePart::Whole } else { CurvePart::AtTheSameTimes };
+    let origin = if options.relative_to_rest { TipOrigin::Rest } else { TipOrigin::Frame };
     let mut results = Vec::new();
     for (name, paths) in named(&options.results)? {
         results.push((name, inputs::read_paths(&paths)?));
@@ -134,13 +134,13 @@ fn result(name: Option<String>, rows: Vec<Row>) -> Vec<Row> {
 pub fn rows(
     target: &TargetPath,
     inputs: Vec<Input>,
-    part: Part,
-    origin: Origin,
+    part: CurvePart,
+    origin: TipOrigin,
 ) -> Result<Vec<Row>, BadInput> {
     let row = |input: Input| {
         // Without times there is nothing but the geometry.
-        let part = if is_untimed(&input.recording) { Part::Whole } else { part };
-        let tracked = Tracked::new(target, &input.recording, part, origin)
+        let part = if is_untimed(&input.recording) { CurvePart::Whole } else { part };
+        let tracked = TrackedTip::new(target, &input.recording, part, origin)
             .map_err(|bad| bad.within(input.path.display()))?;
         Ok(Row {
             name: input.name,

@@ -2,7 +2,7 @@
 
 use hysteron_base::Recording;
 use hysteron_control::TargetPath;
-use hysteron_control::tracking::{Repeatability, Tracked, TrackingScore, repeatability};
+use hysteron_control::tracking::{Repeatability, TrackedTip, TrackingScore, repeatability};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +23,7 @@ pub struct Row {
     /// Its score.
     pub score: TrackingScore,
     /// Its path, in the target's frame.
-    pub tracked: Tracked,
+    pub tracked: TrackedTip,
 }
 
 /// One metric: its heading, the factor to what is shown, digits, and where it stands.

@@ -10,7 +10,7 @@ use std::time::Instant;
 use anyhow::Context as _;
 use hysteron_base::checks::Purpose;
 use hysteron_base::{BadInput, Recording, Scene};
-use hysteron_twin::fit::{Fit, Frame, MaterialOptions, Stepping, Wanted, fit_material, select};
+use hysteron_twin::fit::{Fit, FitParameter, MaterialOptions, Stepping, TipFrame, fit_material, select};
 use hysteron_twin::{Motion, Twin};
 
 use serde_json::Value;
@@ -89,7 +89,7 @@ pub enum FrameChoice {
     Fit,
 }
 
-impl From<FrameChoice> for Frame {
+impl From<FrameChoice> for TipFrame {
     fn from(choice: FrameChoice) -> Self {
         match choice {
             FrameChoice::Scene => Self::Checked,
@@ -110,7 +110,7 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     let scene = Scene::read(&options.scene)?;
     let names = match &options.fit_file {
         Some(path) => quantities::read(path)?,
-        None => options.fit.iter().map(Wanted::named).collect(),
+        None => options.fit.iter().map(FitParameter::named).collect(),
     };
     let selected = select(&scene, &names)?;
     let files = inputs::files(&options.recordings)?;

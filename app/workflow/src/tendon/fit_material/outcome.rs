@@ -3,7 +3,7 @@
 use hysteron_base::Scene;
 use hysteron_report::verdict::{Criterion, Verdict};
 use hysteron_twin::Motion;
-use hysteron_twin::fit::{MaterialFit, Scale, Selected, Standing};
+use hysteron_twin::fit::{Identifiability, MaterialFit, ParameterScale, Selected};
 
 use crate::shared::recording_checks::Findings;
 use crate::shared::verdict::{Judged, Kind, parameters};
@@ -42,7 +42,7 @@ impl Outcome<'_> {
         let error = found.errors[1].distance;
         let judged = |(selected, estimate)| {
             let Selected { parameter, quantity, .. }: &Selected = selected;
-            let kind = if parameter.scale == Scale::Logarithmic { Kind::Size } else { Kind::Place };
+            let kind = if parameter.scale == ParameterScale::Logarithmic { Kind::Size } else { Kind::Place };
             let consequence = consequence(quantity.name);
             Judged::new(parameter.name.clone(), estimate, kind, consequence)
         };
@@ -91,7 +91,8 @@ impl Outcome<'_> {
     /// Warnings about the outcome, and other explanations of the remaining errors.
     pub fn doubts(&self) -> Vec<String> {
         let mut doubts = Vec::new();
-        let at_bound = |estimate: &&hysteron_twin::fit::Estimate| estimate.standing == Standing::AtBound;
+        let at_bound =
+            |estimate: &&hysteron_twin::fit::Estimate| estimate.standing == Identifiability::AtBound;
         for estimate in self.found.fit.estimates.iter().filter(at_bound) {
             doubts
                 .push(format!("{} ended at a bound: an assumption of the scene may be wrong", estimate.name));
@@ -136,12 +137,14 @@ pub fn digits(value: f64) -> String {
 }
 
 /// Identifiability of a parameter, in words.
-pub fn standing(standing: &Standing) -> String {
+pub fn standing(standing: &Identifiability) -> String {
     match standing {
-        Standing::Fitted => "fitted".into(),
-        Standing::AtBound => "at a bound".into(),
-        Standing::Vague => "vague, but the scene's value fits worse".into(),
-        Standing::Undetermined(with) if with.is_empty() => "not determined by the data, held".into(),
-        Standing::Undetermined(with) => format!("determined only together with {}, held", with.join(", ")),
+        Identifiability::Fitted => "fitted".into(),
+        Identifiability::AtBound => "at a bound".into(),
+        Identifiability::Vague => "vague, but the scene's value fits worse".into(),
+        Identifiability::Undetermined(with) if with.is_empty() => "not determined by the data, held".into(),
+        Identifiability::Undetermined(with) => {
+            format!("determined only together with {}, held", with.join(", "))
+        }
     }
 }

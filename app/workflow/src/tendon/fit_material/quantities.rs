@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use hysteron_base::{BadInput, Bounds, file, schema};
-use hysteron_twin::fit::Wanted;
+use hysteron_twin::fit::FitParameter;
 use serde::Deserialize;
 
 const FORMAT: &str = "hysteron-fit";
@@ -20,19 +20,21 @@ struct FitFile {
 }
 
 /// Names and bounds in a file.
-pub fn read(path: &Path) -> anyhow::Result<Vec<Wanted>> {
+pub fn read(path: &Path) -> anyhow::Result<Vec<FitParameter>> {
     let text = file::read_text(path)?;
     Ok(names(&text).map_err(|bad| bad.within(path.display()))?)
 }
 
-fn names(text: &str) -> Result<Vec<Wanted>, BadInput> {
+fn names(text: &str) -> Result<Vec<FitParameter>, BadInput> {
     let typed: FitFile = schema::parse(text)?;
     schema::check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
     let wanted = |(key, numbers): (String, Vec<f64>)| match numbers[..] {
-        [] => Ok(Wanted::named(key)),
-        [min, max] if min < max => Ok(Wanted { name: key, bounds: Some(Bounds { min, max }), width: None }),
+        [] => Ok(FitParameter::named(key)),
+        [min, max] if min < max => {
+            Ok(FitParameter { name: key, bounds: Some(Bounds { min, max }), width: None })
+        }
         [min, max, width] if min < max => {
-            Ok(Wanted { name: key, bounds: Some(Bounds { min, max }), width: Some(width) })
+            Ok(FitParameter { name: key, bounds: Some(Bounds { min, max }), width: Some(width) })
         }
         _ => {
             let expected = "[smallest, largest], [smallest, largest, width of what is believed] or []";

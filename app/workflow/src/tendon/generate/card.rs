@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use hysteron_base::{BadInput, Recording, Scene};
 use hysteron_control::Trajectory;
-use hysteron_control::inverse::{Axes, Tip, Workspace};
+use hysteron_control::inverse::{Axes, TipPosition, TipWorkspace};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -176,7 +176,7 @@ impl Outcome {
             real.iter().filter_map(|input| tip_of(&input.recording).ok()).flatten().collect();
         let samples_real = of_real.len();
         let flat = |[x, y]: [f64; 2]| [x, y, 0.0];
-        let workspace = |tips: Vec<Tip>| Workspace::new(Axes::Planar, tips);
+        let workspace = |tips: Vec<TipPosition>| TipWorkspace::new(Axes::Planar, tips);
         let own = workspace(all().map(flat).collect());
         let robots = workspace(of_real.into_iter().map(flat).collect());
         let outside = all().filter(|tip| robots.is_outside(flat(*tip), 0.0)).count();

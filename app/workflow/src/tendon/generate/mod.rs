@@ -12,7 +12,7 @@ use hysteron_control::plan::Space;
 use hysteron_control::{Plan, Trajectory};
 use hysteron_twin::Error;
 use hysteron_twin::Twin;
-use hysteron_twin::synthetic::{self, Drive, Recorded, Unphysical, synthesise};
+use hysteron_twin::synthetic::{self, RecordedStrokes, StrokeSource, Unphysical, synthesise};
 
 pub use card::{Outcome, Scaled, SyntheticTrajectory, tip_of};
 pub use range::CalibratedRange;
@@ -105,25 +105,28 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
             !context.is_cancelled()
         };
         let mut plant = plant(network.as_ref(), &twin, rate.recip())?;
-        let mut carry_out =
-            |drive: &mut dyn Drive| synthesise(&twin, &mut *plant, drive, job.meta.clone(), &mut go_on);
+        let mut carry_out = |drive: &mut dyn StrokeSource| {
+            synthesise(&twin, &mut *plant, drive, job.meta.clone(), &mut go_on)
+        };
         let coordinates =
             |point: [f64; 2], strokes: &mut [f64]| job.trajectory.tendons.strokes_into(point, strokes);
         let simulated = match job.trajectory.space {
-            Space::Tendons => carry_out(&mut Recorded::new(&twin, &job.trajectory.commands()?)?)?,
+            Space::Tendons => carry_out(&mut RecordedStrokes::new(&twin, &job.trajectory.commands()?)?)?,
             Space::Tip => match Steered::new(&twin, job.trajectory, &coordinates, plan.limits) {
                 Ok(mut steered) => carry_out(&mut steered)?,
-                Err(Error::NoEquilibrium { .. }) => synthetic::Outcome::Dropped(0, Unphysical::NoEquilibrium),
+                Err(Error::NoEquilibrium { .. }) => {
+                    synthetic::SyntheticOutcome::Dropped(0, Unphysical::NoEquilibrium)
+                }
                 Err(other) => return Err(other.into()),
             },
         };
         Ok(match simulated {
-            synthetic::Outcome::Ended => None,
-            synthetic::Outcome::Made(recording) => {
+            synthetic::SyntheticOutcome::Ended => None,
+            synthetic::SyntheticOutcome::Made(recording) => {
                 recording.write(&job.out)?;
                 Some(made(job, recording)?)
             }
-            synthetic::Outcome::Dropped(sample, why) => {
+            synthetic::SyntheticOutcome::Dropped(sample, why) => {
                 let why = format!("{why} at {:.2} s", sample as f64 / rate);
                 tracing::warn!("{}: left out: {why}", job.trajectory.name);
                 Some(SyntheticTrajectory::dropped(job.trajectory, why))

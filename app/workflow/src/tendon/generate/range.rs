@@ -1,7 +1,7 @@
 //! The range of strokes and rates that a twin was calibrated on.
 
 use hysteron_base::{Bounds, Recording};
-use hysteron_control::Limits;
+use hysteron_control::StrokeLimits;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -61,9 +61,9 @@ impl CalibratedRange {
     }
 
     /// As limits of a plan, one for each tendon.
-    pub fn limits(&self) -> Vec<Limits> {
+    pub fn limits(&self) -> Vec<StrokeLimits> {
         let rate = |k: usize| self.rates_m_s.as_ref().map_or(f64::INFINITY, |rates| rates[k]);
-        let limits = |(k, [min, max]): (usize, &[f64; 2])| Limits {
+        let limits = |(k, [min, max]): (usize, &[f64; 2])| StrokeLimits {
             stroke: Bounds { min: *min, max: *max },
             stroke_rate: rate(k),
         };

@@ -1,34 +1,34 @@
 //! Strokes of a way of the tip: those that bring the twin's tip along it, found as it goes.
 
-use hysteron_control::{Limits, Trajectory};
-use hysteron_twin::residual::{Coordinates, FollowLimits, Steering};
-use hysteron_twin::synthetic::Drive;
+use hysteron_control::{StrokeLimits, Trajectory};
+use hysteron_twin::residual::{Coordinates, FollowLimits, PathController};
+use hysteron_twin::synthetic::StrokeSource;
 use hysteron_twin::{Result, Twin};
 
 /// A tip that is steered along a trajectory, and then home.
 pub struct Steered<'a> {
     trajectory: &'a Trajectory,
-    steering: Steering<'a>,
+    steering: PathController<'a>,
 }
 
 impl<'a> Steered<'a> {
     /// Steers `twin`; `coordinates` are those of the trajectory's tendons.
     ///
     /// # Errors
-    /// Those of [`Steering::new`].
+    /// Those of [`PathController::new`].
     pub fn new(
         twin: &Twin,
         trajectory: &'a Trajectory,
         coordinates: Coordinates<'a>,
-        limits: Limits,
+        limits: StrokeLimits,
     ) -> Result<Self> {
         let limits = FollowLimits { stroke: limits.stroke.max, rate: limits.stroke_rate };
-        let steering = Steering::new(twin, coordinates, limits, trajectory.rate_hz.recip())?;
+        let steering = PathController::new(twin, coordinates, limits, trajectory.rate_hz.recip())?;
         Ok(Self { trajectory, steering })
     }
 }
 
-impl Drive for Steered<'_> {
+impl StrokeSource for Steered<'_> {
     fn time(&self, i: usize) -> f64 {
         self.trajectory.time(i)
     }

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use hysteron_base::checks::Purpose;
 use hysteron_base::{BadInput, Metadata, Recording, Scene, json, parallel};
-use hysteron_twin::coreact::{Auxiliary, AuxiliaryPolicy, Identifier, IdentifyOptions, identify};
-use hysteron_twin::residual::{DECODER, Design};
+use hysteron_twin::coreact::{AuxiliaryLimits, AuxiliaryPolicy, Identifier, IdentifyOptions, identify};
+use hysteron_twin::residual::{DECODER, ResidualDesign};
 use hysteron_twin::{Motion, Twin};
 
 use serde_json::Value;
@@ -69,7 +69,7 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     let settings = settings(options);
     let scene = Scene::read(&options.scene)?;
     let twin = Twin::from_scene(&scene)?;
-    let auxiliary = Auxiliary::new(&twin)?;
+    let auxiliary = AuxiliaryLimits::new(&twin)?;
     let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
     let inputs = inputs::read(&options.recordings)?;
     let findings = recording_checks::of_inputs(&inputs, &recording_checks::context_of(&twin, Purpose::Fit))?;
@@ -217,7 +217,7 @@ fn job(
     let numbers =
         network.map_or_else(|| format!("{numbers:?}"), |network| format!("residual {}", network.hash));
     meta.extra.insert("identify.options".to_owned(), numbers);
-    if let Some(Design::Recurrent { decoder, .. }) = network.map(|network| &network.model().design) {
+    if let Some(ResidualDesign::Recurrent { decoder, .. }) = network.map(|network| &network.model().design) {
         meta.extra.insert(DECODER.to_owned(), json::to_line(decoder)?);
     }
     let file = format!("{}.parquet", input.name);

@@ -4,7 +4,7 @@ use crate::Context;
 use std::path::Path;
 
 use hysteron_base::{BadInput, Recording, json};
-use hysteron_twin::coreact::{Spread, Summary};
+use hysteron_twin::coreact::{DistanceSummary, IdentificationSummary};
 use serde::Serialize;
 
 /// One recording.
@@ -14,7 +14,7 @@ pub struct Row {
     pub name: String,
     /// Result of its identification.
     #[serde(flatten)]
-    pub summary: Summary,
+    pub summary: IdentificationSummary,
 }
 
 impl Row {
@@ -43,7 +43,7 @@ impl Row {
     /// The numbers as text.
     pub fn cells(&self) -> Vec<String> {
         let s = &self.summary;
-        let Spread { median_m, p99_m, max_m, .. } = s.after;
+        let DistanceSummary { median_m, p99_m, max_m, .. } = s.after;
         let mm =
             |metres: &[f64]| metres.iter().map(|m| format!("{:.3}", 1e3 * m)).collect::<Vec<_>>().join(", ");
         let percent = |parts: [f64; 3]| parts.map(|part| format!("{:.1}", 100.0 * part)).join(", ");

@@ -6,7 +6,7 @@ use hysteron_base::checks::Purpose;
 use hysteron_base::{BadInput, Scene, file, json, parallel};
 use hysteron_report::verdict::{Criterion, Verdict};
 use hysteron_twin::Twin;
-use hysteron_twin::sense::{ForceSensor, KnownForce, Observed, fit_sensor};
+use hysteron_twin::sense::{ForceSensor, KnownForce, RecordingObservations, fit_sensor};
 use serde_json::Value;
 
 use super::file::{Robot, value};
@@ -66,7 +66,7 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     let (mut free, mut known) = (Vec::new(), Vec::new());
     let bar = context.progress("samples", recordings.iter().map(|input| input.motion.len()).sum(), 0);
     let observe = |input| Input::observe(input, &twin, network.as_ref(), context, bar.as_ref());
-    let observed: Vec<Observed> = parallel::try_map(&recordings, observe)?;
+    let observed: Vec<RecordingObservations> = parallel::try_map(&recordings, observe)?;
     for (input, observed) in recordings.iter().zip(observed) {
         match &input.force {
             Some(force) if input.is_pushed() => known.push(KnownForce { observed, force: force.clone() }),

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use hysteron_actuator::TICKS_PER_TURN;
 use hysteron_base::{BadInput, Recording};
-use hysteron_twin::sense::{Observed, Observer, SenseSample};
+use hysteron_twin::sense::{RecordingObservations, SenseSample, TwinObserver};
 use hysteron_twin::{Motion, Twin};
 use nalgebra::Vector3;
 
@@ -81,9 +81,9 @@ impl Input {
         network: Option<&Network>,
         context: &Context,
         bar: &dyn Progress,
-    ) -> anyhow::Result<Observed> {
+    ) -> anyhow::Result<RecordingObservations> {
         let plant = network::plant(network, twin, self.period()).map_err(|bad| bad.within(&self.name))?;
-        let mut observer = Observer::new(twin, plant, self.motion.strokes_at(0), self.period())?;
+        let mut observer = TwinObserver::new(twin, plant, self.motion.strokes_at(0), self.period())?;
         let mut samples = Vec::with_capacity(self.motion.len());
         let mut times = Vec::with_capacity(self.motion.len());
         for i in 0..self.motion.len() {
@@ -96,7 +96,7 @@ impl Input {
             bar.inc(1);
         }
         log_times(&self.name, &mut times, self.period());
-        Ok(Observed { name: self.name.clone(), samples })
+        Ok(RecordingObservations { name: self.name.clone(), samples })
     }
 
     /// Commands and measurements of sample `i`.

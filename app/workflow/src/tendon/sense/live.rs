@@ -12,12 +12,12 @@ use std::thread::JoinHandle;
 use std::time::Instant;
 
 use anyhow::Context as _;
-use hysteron_base::{BadInput, Drive, Recording, Scene};
+use hysteron_base::{BadInput, PrescribedQuantity, Recording, Scene};
 use hysteron_rig::calibration::Calibration;
 use hysteron_rig::session::{Recorder, Supervisor};
 use hysteron_rig::{EventKind, ShutdownAction, Violation};
 use hysteron_twin::Twin;
-use hysteron_twin::sense::{ForceSensor, Observer, SenseSample, Sensed, Sensing};
+use hysteron_twin::sense::{ForceSensor, SenseSample, SensedSample, TendonSensing, TwinObserver};
 
 use super::file::{self, Robot};
 use super::input::log_times;
@@ -75,7 +75,8 @@ impl LiveSensing {
         }
         let scene = Scene::read(&options.scene)?;
         let twin = Twin::from_scene(&scene)?;
-        let n_driven = twin.tendons[..twin.n_primary].iter().filter(|t| t.drive == Drive::Stroke).count();
+        let n_driven =
+            twin.tendons[..twin.n_primary].iter().filter(|t| t.drive == PrescribedQuantity::Stroke).count();
         if [twin.n_primary, n_driven] != [n; 2] {
             let expected = format!("{n} tendons driven by strokes, as the rig has");
             let place = options.scene.display().to_string();
@@ -145,8 +146,8 @@ impl LiveSensing {
     ) -> anyhow::Result<()> {
         let (twin, period) = (&*self.twin, self.sensor.period_s);
         let plant = network::plant(self.network.as_deref(), twin, period)?;
-        let mut observer = Observer::new(twin, plant, strokes, period)?;
-        let mut sensing = Sensing::new(&self.sensor, twin.n_primary)?;
+        let mut observer = TwinObserver::new(twin, plant, strokes, period)?;
+        let mut sensing = TendonSensing::new(&self.sensor, twin.n_primary)?;
         let mut held = Held::default();
         let mut times = Vec::new();
         answers.send(Answer::Ready)?;
@@ -174,7 +175,7 @@ struct Row {
 #[derive(Debug)]
 struct Told {
     time: f64,
-    sensed: Sensed,
+    sensed: SensedSample,
 }
 
 #[derive(Debug)]

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use hysteron_base::checks::Purpose;
 use hysteron_base::{Channel, Metadata, Recording, Scene};
 use hysteron_twin::Twin;
-use hysteron_twin::sense::{Sensed, Sensing};
+use hysteron_twin::sense::{SensedSample, TendonSensing};
 use serde_json::Value;
 
 use crate::figures::sensing::{self, Shown};
@@ -78,8 +78,8 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
     let bar = context.progress("samples", input.motion.len(), 0);
     let observed = input.observe(&twin, network.as_ref(), context, bar.as_ref())?;
     bar.finish();
-    let mut sensing = Sensing::new(&sensor, twin.n_primary)?;
-    let sensed: Vec<Sensed> = observed.samples.iter().map(|sample| sensing.step(sample)).collect();
+    let mut sensing = TendonSensing::new(&sensor, twin.n_primary)?;
+    let sensed: Vec<SensedSample> = observed.samples.iter().map(|sample| sensing.step(sample)).collect();
     let mut meta = Metadata::default();
     meta.scene_hash.clone_from(&scene.hash);
     meta.source = format!("forces told from {}", read.name);
@@ -116,7 +116,11 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Value> {
 
 /// Channels of the output: strokes, tensions and force with their standard errors, contact state, and the tip
 /// without a contact.
-fn channels(sensed: &[Sensed], input: &Input, observed: &hysteron_twin::sense::Observed) -> Vec<Channel> {
+fn channels(
+    sensed: &[SensedSample],
+    input: &Input,
+    observed: &hysteron_twin::sense::RecordingObservations,
+) -> Vec<Channel> {
     let n = sensed.first().map_or(0, |sensed| sensed.tensions.len());
     let mut channels = Vec::new();
     let mut add = |name: String, value: &dyn Fn(usize) -> f64| {

@@ -1,7 +1,7 @@
 //! How good estimates are where the truth is known, beside simpler ones.
 
 use hysteron_actuator::{CatalogueDrive, LoadModel, SteadyMotion};
-use hysteron_twin::sense::{ForceSensor, Observed, Sensed};
+use hysteron_twin::sense::{ForceSensor, RecordingObservations, SensedSample};
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -81,7 +81,7 @@ pub struct Scores {
 }
 
 /// True where the tendons have hardly moved for a while.
-fn resting(observed: &Observed, period: f64) -> Vec<bool> {
+fn resting(observed: &RecordingObservations, period: f64) -> Vec<bool> {
     let n = (WINDOW / period).round() as usize;
     let samples = &observed.samples;
     let pulled =
@@ -92,8 +92,8 @@ fn resting(observed: &Observed, period: f64) -> Vec<bool> {
 /// Compares estimates with what was true.
 pub fn score(
     input: &Input,
-    observed: &Observed,
-    sensed: &[Sensed],
+    observed: &RecordingObservations,
+    sensed: &[SensedSample],
     sensor: &ForceSensor,
 ) -> anyhow::Result<Scores> {
     let period = sensor.period_s;
@@ -211,7 +211,7 @@ fn momentum_loads(input: &Input, load: &LoadModel, period: f64) -> anyhow::Resul
 }
 
 /// Load less friction in steady motion, and kept in between.
-fn held_loads(observed: &Observed, load: &LoadModel) -> Vec<Vec<f64>> {
+fn held_loads(observed: &RecordingObservations, load: &LoadModel) -> Vec<Vec<f64>> {
     let mut held = vec![0.0; observed.samples.first().map_or(0, |sample| sample.tensions.len())];
     let of = |sample: &hysteron_twin::sense::Observation| {
         for (held, steady) in held.iter_mut().zip(&sample.steady) {
@@ -256,7 +256,7 @@ fn force_score(
     Some(ForceScore { method, samples, n, rms_n, median_n, near, aligned })
 }
 
-fn contact_score(force: &[Vector3<f64>], sensed: &[Sensed], period: f64) -> ContactScore {
+fn contact_score(force: &[Vector3<f64>], sensed: &[SensedSample], period: f64) -> ContactScore {
     let is_on = |i: usize| force[i].norm() > 0.0;
     let second = (1.0 / period).round() as usize;
     let late = (AT_ONCE / period).round() as usize;

@@ -7,7 +7,7 @@ use hysteron_arm::lagrangian::{
 };
 use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Recording, json};
-use hysteron_learn::{Activation, Progress, Session};
+use hysteron_learn::{Activation, TrainingProgress, TrainingSession};
 use hysteron_report::verdict::{Criterion, Verdict};
 
 use super::{Options, Outcome};
@@ -61,8 +61,8 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         ..TrainingOptions::normalised(options.epochs).with_levenberg_marquardt()
     };
     let bar = context.progress("epochs", options.epochs, 0);
-    let mut listener = |p: &Progress| {
-        if let Progress::Epoch(epoch) = p {
+    let mut listener = |p: &TrainingProgress| {
+        if let TrainingProgress::Epoch(epoch) = p {
             // What follows Adam counts from one again.
             bar.set_length(epoch.of as u64);
             bar.set_position(epoch.number as u64);
@@ -70,7 +70,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         }
         !context.is_cancelled()
     };
-    let mut session = Session { file: Some(&state), progress: &mut listener };
+    let mut session = TrainingSession { file: Some(&state), progress: &mut listener };
     let found = train(&shape, [&training, &validation], &training_options, options.seed, &mut session)?;
     bar.finish();
     let names: Vec<String> = options.recordings.iter().map(|path| path.display().to_string()).collect();

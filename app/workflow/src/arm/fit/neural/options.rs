@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use hysteron_actuator::CatalogueDrive;
 use hysteron_arm::neural::{ActuatorOptions, LossWeights, Motors, NeuralOptions, Prior, SensingOptions};
 use hysteron_base::BadInput;
-use hysteron_learn::{Block, Form};
+use hysteron_learn::{BlockKind, TemporalForm};
 
 use crate::arm::RobotOptions;
 
@@ -33,11 +33,11 @@ pub struct Options {
     pub free: Vec<String>,
     /// streaming (one token a step), or window (all tokens every step, as published)
     #[cfg_attr(feature = "clap", arg(long, value_name = "FORM", default_value = "streaming", value_parser = form))]
-    pub form: Form,
+    pub form: TemporalForm,
     /// released (normalisation first, gated attention, GELU), printed (equations 4 and 5 of the paper), or gru or lstm in their place (with
     /// as many parameters)
     #[cfg_attr(feature = "clap", arg(long, value_name = "LAYERS", default_value = "released", value_parser = block))]
-    pub block: Block,
+    pub block: BlockKind,
     /// Numbers of a token within the network; the feed-forward networks have twice as many, the heads half
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 192, value_parser = crate::shared::number::count::<1024>))]
     pub width: usize,
@@ -144,10 +144,10 @@ pub fn sensing(text: &str) -> Result<SensingForm, String> {
 ///
 /// # Errors
 /// For another name.
-pub fn form(text: &str) -> Result<Form, String> {
+pub fn form(text: &str) -> Result<TemporalForm, String> {
     match text {
-        "streaming" => Ok(Form::Streaming),
-        "window" => Ok(Form::Window),
+        "streaming" => Ok(TemporalForm::Streaming),
+        "window" => Ok(TemporalForm::Window),
         _ => Err("streaming or window".to_owned()),
     }
 }
@@ -156,12 +156,12 @@ pub fn form(text: &str) -> Result<Form, String> {
 ///
 /// # Errors
 /// For another name.
-pub fn block(text: &str) -> Result<Block, String> {
+pub fn block(text: &str) -> Result<BlockKind, String> {
     match text {
-        "released" => Ok(Block::GatedPreNorm),
-        "printed" => Ok(Block::ScaledPostNorm),
-        "gru" => Ok(Block::Gru),
-        "lstm" => Ok(Block::Lstm),
+        "released" => Ok(BlockKind::GatedPreNorm),
+        "printed" => Ok(BlockKind::ScaledPostNorm),
+        "gru" => Ok(BlockKind::Gru),
+        "lstm" => Ok(BlockKind::Lstm),
         _ => Err("released, printed, gru or lstm".to_owned()),
     }
 }

@@ -7,7 +7,7 @@ use hysteron_arm::neural::{
 };
 use hysteron_base::checks::Purpose;
 use hysteron_base::json;
-use hysteron_learn::Progress;
+use hysteron_learn::TrainingProgress;
 use hysteron_report::verdict::{Criterion, Verdict};
 
 use super::data::{features_of, names, print_data};
@@ -121,7 +121,7 @@ struct Bars<'a> {
 }
 
 impl Bars<'_> {
-    fn show(&mut self, stage: Stage, p: &Progress) -> bool {
+    fn show(&mut self, stage: Stage, p: &TrainingProgress) -> bool {
         let Self { context, options, bars } = self;
         let trained = &options.training;
         let (k, title, of, epoch) = match (stage, &options.sensing) {
@@ -130,13 +130,13 @@ impl Bars<'_> {
         };
         let bar = bars[k].get_or_insert_with(|| context.progress(title, of as usize, 0));
         match p {
-            Progress::Step { epoch: done_epochs, done, .. } => {
+            TrainingProgress::Step { epoch: done_epochs, done, .. } => {
                 bar.set_position(*done_epochs as u64 * epoch + *done as u64)
             }
-            Progress::Epoch(own) if stage == Stage::Loop => {
+            TrainingProgress::Epoch(own) if stage == Stage::Loop => {
                 bar.set_message(format!("joints {:.3}° in validation, best {:.3}°", own.validation, own.best))
             }
-            Progress::Epoch(own) => {
+            TrainingProgress::Epoch(own) => {
                 bar.set_message(format!("loss {:.4} in validation, best {:.4}", own.validation, own.best))
             }
         }

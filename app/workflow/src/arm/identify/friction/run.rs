@@ -6,7 +6,7 @@ use hysteron_actuator::identify::{FrictionFit, FrictionMethod, identify_friction
 use hysteron_actuator::law::{JointFriction, Law, Sliding};
 use hysteron_arm::{Quantity, Recorded};
 use hysteron_base::BadInput;
-use hysteron_fit::{Standing, folds};
+use hysteron_fit::{Identifiability, folds};
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::verdict::{Criterion, Verdict};
 
@@ -211,7 +211,7 @@ fn named(law: &Law, parameters: &[f64], offset: f64) -> Vec<Row> {
         value: *value,
         standard_error: None,
         note: String::new(),
-        standing: Standing::Fitted,
+        standing: Identifiability::Fitted,
     };
     names.zip(parameters.iter().chain([&offset])).map(row).collect()
 }

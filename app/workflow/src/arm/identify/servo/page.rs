@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_actuator::Drive;
-use hysteron_actuator::identify::{PendulumRun, Rollout};
+use hysteron_actuator::identify::{PendulumRollout, PendulumRun};
 use hysteron_actuator::law::{JointFriction, Sliding, holding_range};
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
@@ -20,7 +20,7 @@ pub(super) struct Motions<'a> {
     /// Recordings: those that were not fitted, where there are any.
     pub runs: &'a [PendulumRun],
     /// The same open loop.
-    pub simulated: &'a [Rollout],
+    pub simulated: &'a [PendulumRollout],
 }
 
 /// Recordings that are drawn at most.
@@ -53,7 +53,7 @@ pub(super) fn write(folder: &ReportFolder, motions: &Motions, outcome: &Outcome)
     finish(folder, page, &outcome.recording_warnings)
 }
 
-fn motion(k: usize, run: &PendulumRun, simulated: &Rollout) -> TimeChart {
+fn motion(k: usize, run: &PendulumRun, simulated: &PendulumRollout) -> TimeChart {
     let errors = simulated.position.iter().zip(&run.position).map(|(a, b)| a - b).collect();
     let panels = vec![
         TimePanel::new(

@@ -9,7 +9,7 @@ use hysteron_arm::Model;
 use hysteron_arm::neural::{Estimator, NeuralActuator, ServoTelemetry};
 use hysteron_base::{BadInput, json, rng};
 use hysteron_learn::{
-    Activation, Adam, ByParameters, Decay, Mlp, MlpTape, Objective, Schedule, Session, minimise,
+    Activation, Adam, ByParameters, Decay, Mlp, MlpTape, Objective, Schedule, TrainingSession, minimise,
 };
 use hysteron_rig::virtual_arm::{Control, Leader, N_JOINTS, N_SERVOS, Reading, VirtualArm};
 use nalgebra::Vector3;
@@ -445,7 +445,7 @@ impl Study<'_> {
             decay: Decay::Cosine,
             ema: None,
         };
-        let mut session = Session { file: None, progress: &mut |_| true };
+        let mut session = TrainingSession { file: None, progress: &mut |_| true };
         let found = minimise(&mut objective, parameters, (seed, BATCH), &schedule, &json!({}), &mut session)?;
         policy.parameters = found.model.into_values();
         Ok(policy)
