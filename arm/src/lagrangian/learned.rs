@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_base::{BadInput, json};
-use hysteron_learn::{Result, read_parameters, write_parameters};
+use hysteron_learn::{Result, read_parameters, read_parameters_header, write_parameters};
 use serde_json::Value;
 
 use super::network::Evaluator;
@@ -24,6 +24,12 @@ pub struct LearnedDynamics {
 impl LearnedDynamics {
     /// Kind of file, as such files state it.
     pub const KIND: &str = "inverse-dynamics";
+
+    /// True for a file of this kind.
+    pub fn is_file(path: &Path) -> bool {
+        path.extension().is_some_and(|ending| ending == "safetensors")
+            && read_parameters_header(path).is_ok_and(|(kind, _)| kind == Self::KIND)
+    }
 
     /// Writes the model's file.
     ///

@@ -5,6 +5,7 @@
 //! one tangent and one reverse pass, the gradient of a loss from the value and two tangents and ordinary reverse mode; no
 //! Jacobian is carried. Equations, sources and misprints: `docs/lagrangian.md`.
 
+mod along;
 mod black_box;
 mod block;
 mod body;
@@ -24,6 +25,7 @@ mod structured;
 mod tests;
 mod training;
 
+pub use along::external_torques_along;
 pub use body::LearnedBody;
 pub use decomposition::{Decomposition, decompose};
 pub use learned::{LearnedDynamics, TorqueStream};

@@ -12,7 +12,6 @@ pub mod fit;
 pub mod generate;
 pub mod identify;
 pub mod info;
-mod learned_dynamics;
 mod motion_charts;
 pub mod record;
 pub mod recordings;

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
+use hysteron_arm::lagrangian::LearnedDynamics;
 use hysteron_arm::{JointKind, Model, Quantity, Wanted, columns_of_dynamics, dynamics_of_rows};
 use hysteron_base::{BadInput, MAX_CHANNELS, Recording};
 
 use super::{Options, Outcome};
+use crate::arm;
 use crate::arm::robot::{frame, held_joints};
-use crate::arm::{self, learned_dynamics};
 use crate::shared::outputs::Outputs;
 use crate::{Context, WorkflowError};
 
@@ -20,7 +21,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 }
 
 fn compute(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
-    if learned_dynamics::is_model(options.model.as_ref()) {
+    if LearnedDynamics::is_file(options.model.as_ref()) {
         return learned(options, context);
     }
     let states = Recording::read(&options.states)?;
@@ -73,7 +74,8 @@ fn learned(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let _claim = outputs.check(context)?;
     let states = Recording::read(&options.states)?;
     let meta = arm::meta(context, "learned inverse dynamics");
-    let found = learned_dynamics::torques(options.model.as_ref(), (&options.states, &states), meta)?;
+    let model = LearnedDynamics::read(options.model.as_ref())?;
+    let found = model.torques_along(&states, meta).map_err(|bad| bad.within(options.states.display()))?;
     written(&found, Vec::new(), (options, context))
 }
 

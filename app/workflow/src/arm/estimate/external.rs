@@ -1,11 +1,12 @@
 //! External torques along a recording, by a momentum observer whose dynamics are learned.
 
+use hysteron_arm::lagrangian::{LearnedDynamics, external_torques_along};
 use hysteron_base::{BadInput, Recording};
 
 use super::Options;
 use super::outcome::ExternalTorques;
 use crate::shared::outputs::Outputs;
-use crate::{Context, arm, arm::learned_dynamics};
+use crate::{Context, arm};
 
 /// Estimates along the recording of `options`.
 ///
@@ -20,8 +21,13 @@ pub(super) fn run(options: &Options, context: &Context) -> anyhow::Result<Extern
     let _claim = outputs.check(context)?;
     let recording = Recording::read(path)?;
     let meta = arm::meta(context, "external torques from learned dynamics");
-    let place = (&**path, &recording);
-    let found = learned_dynamics::external(&options.actuator, place, options.gain, meta)?;
+    if !(options.gain > 0.0 && options.gain.is_finite()) {
+        return Err(BadInput::new("--gain", "a number > 0", options.gain.to_string()).into());
+    }
+    let body = LearnedDynamics::read(&options.actuator)?.body();
+    let body = body.map_err(|bad| bad.within(options.actuator.display()))?;
+    let found = external_torques_along(body, &recording, options.gain, meta);
+    let found = found.map_err(|bad| bad.within(path.display()))?;
     found.write(&options.out)?;
     let rows = found.n_samples();
     let rms: Vec<f64> = found

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
+use hysteron_arm::lagrangian::LearnedDynamics;
 use hysteron_arm::neural::{Estimator, NeuralActuator};
 use hysteron_base::BadInput;
 
 use super::outcome::{LiveEstimates, RecordingEstimates, TelemetryEstimates};
 use super::{Options, Outcome, along, external, live};
-use crate::arm::{self, learned_dynamics, robot::held_joints};
+use crate::arm::{self, robot::held_joints};
 use crate::{Context, WorkflowError};
 
 /// Carries out the verb.
@@ -28,7 +29,7 @@ fn estimate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     };
     let expected = "an actuator by hysteron arm fit neural, or a model by hysteron arm fit delan";
     arm::refuse_robot(&options.actuator, expected, "--robot takes the robot")?;
-    if learned_dynamics::is_model(&options.actuator) {
+    if LearnedDynamics::is_file(&options.actuator) {
         return external::run(options, context).map(Outcome::External);
     }
     let read = [Some(&options.actuator), options.recording.as_ref(), options.live.as_ref()];
