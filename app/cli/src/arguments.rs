@@ -111,7 +111,7 @@ pub enum Verb {
     #[command(after_help = include_str!("help/track.txt"))]
     Track(hysteron_workflow::tendon::track::Options),
     #[command(after_help = include_str!("help/fit-sensor.txt"))]
-    FitSensor(hysteron_workflow::tendon::sense::fit::Options),
+    FitSensor(hysteron_workflow::tendon::fit_sensor::Options),
     #[command(after_help = include_str!("help/sense.txt"))]
     Sense(hysteron_workflow::tendon::sense::Options),
     #[command(after_help = include_str!("help/identify-servo.txt"))]

@@ -72,22 +72,18 @@ fn run(program: &Program, context: &Context) -> anyhow::Result<Printed> {
         Verb::Check(options) => Printed::new(&workflow::tendon::check::run(options, context)?),
         Verb::Record(options) => Printed::new(&workflow::rig::record::run(options, context)?),
         Verb::Import(options) => Printed::new(&workflow::import::run(options, context)?),
-        Verb::FitMaterial(options) => {
-            Printed::untyped(&workflow::tendon::fit_material::run(options, context)?)
-        }
-        Verb::Identify(options) => Printed::untyped(&workflow::tendon::identify::run(options, context)?),
-        Verb::FitResidual(options) => {
-            Printed::untyped(&workflow::tendon::fit_residual::run(options, context)?)
-        }
-        Verb::Adapt(options) => Printed::untyped(&workflow::tendon::adapt::run(options, context)?),
+        Verb::FitMaterial(options) => Printed::new(&workflow::tendon::fit_material::run(options, context)?),
+        Verb::Identify(options) => Printed::new(&workflow::tendon::identify::run(options, context)?),
+        Verb::FitResidual(options) => Printed::new(&workflow::tendon::fit_residual::run(options, context)?),
+        Verb::Adapt(options) => Printed::new(&workflow::tendon::adapt::run(options, context)?),
         Verb::Generate(options) => Printed::new(&workflow::tendon::generate::run(options, context)?),
         Verb::Target(options) => Printed::new(&workflow::tendon::target::run(options, context)?),
         Verb::Evaluate(options) => Printed::new(&workflow::tendon::evaluate::run(options, context)?),
-        Verb::Train(options) => Printed::untyped(&workflow::tendon::train::run(options, context)?),
+        Verb::Train(options) => Printed::new(&workflow::tendon::train::run(options, context)?),
         Verb::Command(options) => Printed::new(&workflow::tendon::command::run(options, context)?),
         Verb::Track(options) => Printed::new(&workflow::tendon::track::run(options, context)?),
-        Verb::FitSensor(options) => Printed::untyped(&workflow::tendon::sense::fit::run(options, context)?),
-        Verb::Sense(options) => Printed::untyped(&workflow::tendon::sense::run(options, context)?),
+        Verb::FitSensor(options) => Printed::new(&workflow::tendon::fit_sensor::run(options, context)?),
+        Verb::Sense(options) => Printed::new(&workflow::tendon::sense::run(options, context)?),
         Verb::IdentifyServo(options) => Printed::new(&workflow::rig::identify_servo::run(options, context)?),
         Verb::Study(arguments) => Printed::untyped(&study::verb(arguments, &program.passed_on(), context)?),
         Verb::Run(options) => Printed::untyped(&study::run(options, &program.passed_on(), context)?),

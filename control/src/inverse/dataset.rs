@@ -1,7 +1,8 @@
 //! Training data of the controller: recordings of commanded strokes and the tip that followed.
 
 use hysteron_base::{BadInput, Bounds, Metadata, Recording, rng};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::{Axes, TipPosition};
 use crate::StrokeLimits;
@@ -11,7 +12,7 @@ use crate::split::{MotionKind, draw_validation};
 const SAME_STEP: f64 = 0.01;
 
 /// Where strokes and tip come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DataOrigin {
     /// A rig, 𝓓_real; the virtual rig counts.

@@ -1,12 +1,14 @@
 //! Training shared by both designs: epochs, the best weights in validation, and resuming from a file.
 
-use hysteron_base::{Bounds, json};
+use std::borrow::Cow;
+
+use hysteron_base::Bounds;
 use hysteron_learn::{
     ChannelErrors, FitReport, FitResult, Network, Normaliser, TrainingSession, TrainingTask, WeightFormat,
     fit,
 };
-use serde_json::Value;
 
+use super::training::{InverseTraining, WeightErrors};
 use super::{Dataset, Demonstration, InverseDesign, InverseModel, TipWorkspace};
 use crate::{Result, StrokeLimits};
 
@@ -52,11 +54,11 @@ pub(super) struct ControllerParts {
 }
 
 impl FitOutcome {
-    /// The controller; `identity` is that of the training.
+    /// The controller; `training` says with which design, options and data.
     pub fn into_fitted(
         self,
         data: &Dataset,
-        identity: Value,
+        training: InverseTraining,
         parts: ControllerParts,
     ) -> Result<FittedController> {
         let report = self.report(data, &parts);
@@ -69,11 +71,13 @@ impl FitOutcome {
             regressions_mm: [_, regression_mm],
             delay_s,
         } = parts;
-        let mut training = identity;
-        training["epochs"] = json!(self.result.epochs);
-        training["held_out_stroke_rmse_mm"] = json!(self.held_out_mm);
-        training["static_regression_stroke_rmse_mm"] = json!(regression_mm);
-        training["delay_s"] = json!(delay_s);
+        let training = InverseTraining {
+            epochs: Some(self.result.epochs),
+            held_out_stroke_rmse_mm: self.held_out_mm.clone(),
+            static_regression_stroke_rmse_mm: regression_mm.clone(),
+            delay_s: Some(delay_s),
+            ..training
+        };
         let mut model = InverseModel {
             network: self.result.model,
             inputs,
@@ -88,9 +92,9 @@ impl FitOutcome {
             training,
         };
         if model.weights != WeightFormat::Float32 {
-            let [rms, largest] = weight_error_mm(&model, &data.validation)?;
-            model.training["weights"] =
-                json!({ "format": model.weights, "stroke_rmse_mm": rms, "stroke_largest_mm": largest });
+            let [stroke_rmse_mm, stroke_largest_mm] = weight_error_mm(&model, &data.validation)?;
+            let format = model.weights;
+            model.training.weights = Some(WeightErrors { format, stroke_rmse_mm, stroke_largest_mm });
         }
         let is_finished = self.result.is_finished;
         Ok(FittedController { model, held_out_mm: self.held_out_mm, regression_mm, report, is_finished })
@@ -117,7 +121,7 @@ impl FitOutcome {
             validation: names(&data.validation),
             curve: self.result.curve.clone(),
             epochs: self.result.epochs,
-            unit: "mm",
+            unit: Cow::Borrowed("mm"),
             methods,
             channels: (0..data.n_tendons).map(channel).collect(),
         }
@@ -148,23 +152,10 @@ fn weight_error_mm(model: &InverseModel, demonstrations: &[Demonstration]) -> Re
 pub(super) fn run<L: StrokeDesign>(
     task: &mut L,
     network: Network,
-    identity: &Value,
+    identity: &InverseTraining,
     session: &mut TrainingSession<'_>,
 ) -> std::result::Result<FitOutcome, L::Error> {
     let result = fit(task, network, identity, session)?;
     let held_out_mm = task.squares(&result.model)?.into_iter().map(f64::sqrt).collect();
     Ok(FitOutcome { result, held_out_mm })
-}
-
-/// Identity of a training, design, options and data: a file to resume from and the checkpoint hold it.
-pub(super) fn identity(design: &str, options: Value, data: &Dataset) -> Value {
-    let listed = |all: &[Demonstration]| -> Vec<Value> {
-        let entry =
-            |one: &Demonstration| json!({ "name": one.name, "sha256": one.hash, "origin": one.origin });
-        all.iter().map(entry).collect()
-    };
-    json!({
-        "design": design, "options": options,
-        "trained_on": listed(&data.training), "held_out": listed(&data.validation),
-    })
 }

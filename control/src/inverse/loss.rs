@@ -5,10 +5,11 @@
 //! how much the common pull of all tendons falls short of a least one, so that none goes slack.
 
 use hysteron_learn::Evaluation;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Weights of the terms.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LossWeights {
     /// Of the tip's error over that of the strokes [-].
     pub tip: f64,

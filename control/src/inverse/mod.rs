@@ -17,6 +17,7 @@ mod path_point;
 mod recurrent;
 mod regression;
 mod smooth;
+mod training;
 mod windowed;
 mod workspace;
 
@@ -33,6 +34,7 @@ pub use model::{InverseDesign, InverseModel};
 pub use path_point::{PathPoint, PathSmoothing};
 pub use recurrent::{RecurrentOptions, fit_recurrent};
 pub use regression::StaticRegression;
+pub use training::{InverseOptions, InverseTraining, TrainedDesign, TrainedOn, WeightErrors};
 pub use windowed::{PUBLISHED, fit_windowed};
 pub use workspace::TipWorkspace;
 

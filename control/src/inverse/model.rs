@@ -6,9 +6,8 @@ use hysteron_base::size::check_count;
 use hysteron_base::{BadInput, Bounds, json};
 use hysteron_learn::{Checkpoint, MAX_ROWS, Network, Normaliser, WeightFormat};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
-use super::{Axes, Check, FeatureSpec, StaticRegression, TipWorkspace};
+use super::{Axes, Check, FeatureSpec, InverseTraining, StaticRegression, TipWorkspace};
 use crate::{Result, StrokeLimits};
 
 /// How a path becomes the network's inputs, and its outputs strokes.
@@ -53,8 +52,8 @@ pub struct InverseModel {
     pub workspace: TipWorkspace,
     /// Hashes of the rig and the scene that it was trained for.
     pub robots: Vec<String>,
-    /// Data, seed, scores, command.
-    pub training: Value,
+    /// Data, options, scores, command.
+    pub training: InverseTraining,
 }
 
 const KIND: &str = "inverse";
@@ -76,7 +75,7 @@ struct Details {
     stroke_rate_max_m_s: f64,
     workspace: TipWorkspace,
     robots_sha256: Vec<String>,
-    training: Value,
+    training: InverseTraining,
 }
 
 impl InverseModel {

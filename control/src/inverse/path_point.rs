@@ -1,11 +1,12 @@
 //! Positions and rates of a noisy tip.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::TipPosition;
 
 /// Which samples a line is drawn through.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PathSmoothing {
     /// As many before as after.

@@ -4,22 +4,25 @@
 
 use std::ops::Range;
 
-use hysteron_base::{BadInput, json};
+use hysteron_base::BadInput;
 use hysteron_learn::{
     Evaluation, Network, Normaliser, SequenceOptions, SequenceTask, Sequences, TrainingSession, WeightFormat,
     mean,
 };
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::fit::{ControllerParts, FittedController, StrokeDesign, identity, run};
+use super::fit::{ControllerParts, FittedController, StrokeDesign, run};
 use super::loss::{Loss, LossWeights, TrajectoryArrays};
 use super::path_point::{PathPoint, PathSmoothing};
 use super::smooth::{Smoothed, smoothed};
+use super::training::{InverseOptions, InverseTraining, TrainedDesign};
 use super::{Check, Dataset, Demonstration, FeatureSpec, Features, InverseDesign, StaticRegression};
 use crate::Result;
 
 /// How to train.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "InverseRecurrentOptions")]
 pub struct RecurrentOptions {
     /// Options common to trainings on whole trajectories.
     #[serde(flatten)]
@@ -148,7 +151,8 @@ pub fn fit_recurrent(
     architecture.check_training([options.learning.truncation, n_rows], 1)?;
     let network = Network::new(&architecture, options.seed)?;
     let mut task = SequenceTask::new(&options.learning, &network, (options.seed, "inverse/noise"), sides)?;
-    let training = identity("recurrent", json!(options), data);
+    let training =
+        InverseTraining::of(TrainedDesign::Recurrent, InverseOptions::Recurrent(options.clone()), data);
     let outcome = run(&mut task, network, &training, session)?;
     let parts = ControllerParts {
         inputs,

@@ -1,15 +1,16 @@
 //! The paper's controller, as published (section V-B c): windows of 200 samples of the tip's x and y, 2 × 512 units
 //! with dropout, linear head to all strokes, mean squared error, Adam with a step size that decays step by step.
 
-use hysteron_base::{BadInput, json};
+use hysteron_base::BadInput;
 use hysteron_learn::{
     ChannelRange, HeadActivation, Network, Normaliser, TrainingSession, WeightFormat, WindowOptions,
     WindowTask, WindowedSequence,
 };
 
-use super::fit::{ControllerParts, FittedController, StrokeDesign, identity, run};
+use super::fit::{ControllerParts, FittedController, StrokeDesign, run};
 use super::path_point::PathSmoothing;
 use super::smooth::{Smoothed, smoothed};
+use super::training::{InverseOptions, InverseTraining, TrainedDesign};
 use super::{Check, Dataset, Demonstration, InverseDesign, TipPosition};
 use crate::Result;
 
@@ -54,7 +55,7 @@ pub fn fit_windowed(
     let architecture = options.architecture(data.axes.len(), data.n_tendons, HeadActivation::Linear);
     architecture.check_training([options.window, options.batch], 1)?;
     let network = Network::new(&architecture, options.seed)?;
-    let training = identity("paper", json!(options), data);
+    let training = InverseTraining::of(TrainedDesign::Paper, InverseOptions::Windowed(options.clone()), data);
     let mut task = WindowTask::new(options, &network, &outputs, 1e3, paths)?;
     let outcome = run(&mut task, network, &training, session)?;
     let floor_error = task.gradient_floor_error(&outcome.result.model)?;
@@ -68,7 +69,7 @@ pub fn fit_windowed(
         delay_s,
     };
     let mut fitted = outcome.into_fitted(data, training, parts)?;
-    fitted.model.training["gradient_floor_relative_error"] = json!(floor_error);
+    fitted.model.training.gradient_floor_relative_error = Some(floor_error);
     Ok(fitted)
 }
 

@@ -115,7 +115,7 @@ fn rmse_mm(model: &InverseModel, one: &Demonstration) -> f64 {
 #[test]
 fn a_delay_is_offered_to_regression_and_network_alike() {
     let late = fit(&dataset(), &RecurrentOptions { largest_delay_s: 0.5, ..quick_for(1) });
-    let delay = late.model.training["delay_s"].as_f64().unwrap();
+    let delay = late.model.training.delay_s.unwrap();
     // The play of 0.8 mm puts the tip 0.4 mm behind strokes of some 3 mm/s.
     assert!((0.05..0.3).contains(&delay), "{delay}");
     let [without, with] = [0, 1].map(|k| late.report.together()[k]);

@@ -40,7 +40,10 @@ pub use engine::{
     mean_squared_error, minimise, warm_up_cosine,
 };
 pub use error::{Error, Result};
-pub use files::{Checkpoint, read_parameters, read_parameters_header, write_parameters};
+pub use files::{
+    Checkpoint, Provenance, options_of_this_version, read_parameters, read_parameters_header,
+    write_parameters,
+};
 pub use lstm::{
     Architecture, Backprop, HeadActivation, HeadOutputs, Member, Memory, Network, PlacedNetwork, Runner,
     SequenceBatch, Trainer, Updates,

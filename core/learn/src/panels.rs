@@ -5,6 +5,7 @@
 mod short;
 
 use pulp::{Arch, Simd, WithSimd};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use short::ShortPanels;
@@ -14,7 +15,7 @@ const PANEL: usize = 64;
 
 /// How what steps a network keeps the weights of its matrices. A network that does not stay in a core's own cache takes as long for a
 /// sample as its weights take to come from memory: half as many bits come in half the time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum WeightFormat {
     /// As they were trained, `f32`.

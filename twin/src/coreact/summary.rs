@@ -1,12 +1,13 @@
 //! Summary of an identification.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::problem::Bound;
 use hysteron_fit::qp::QpStatus;
 
 /// Distribution of a distance.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct DistanceSummary {
     /// Root of the mean square [m].
     pub rms_m: f64,
@@ -37,7 +38,7 @@ impl DistanceSummary {
 }
 
 /// Counts of an identification.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct IdentificationSummary {
     /// Samples in all.
     pub samples: usize,

@@ -17,12 +17,13 @@
 
 use hysteron_base::BadInput;
 use nalgebra::{DMatrix, DVector};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::FeatureSpec;
 
 /// How fast and how far the correction goes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AdaptOptions {
     /// Time constant τ of the data's weight, which falls to 1/e [s].
     pub memory_s: f64,

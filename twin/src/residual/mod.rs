@@ -19,12 +19,13 @@ mod prepared;
 mod recurrent;
 mod rollout;
 mod sequence;
+mod training;
 mod windowed;
 
 use std::path::PathBuf;
 
 use hysteron_learn::{FitReport, FitResult, Network, TrainingProgress, TrainingSession, TrainingTask, fit};
-use serde_json::Value;
+use serde::Serialize;
 
 pub use adapt::{Adapted, AdaptedParts, MotionErrors, adapt, n_samples};
 pub use adaptation::{AdaptOptions, Adaptation};
@@ -37,6 +38,7 @@ pub use model::{ResidualDesign, ResidualModel};
 pub use recurrent::{RecurrentOptions, fit_recurrent};
 pub use rollout::CorrectedRollout;
 pub use sequence::{DECODER, Sequence, fit_decoder};
+pub use training::{ResidualOptions, ResidualTraining, TrainedMember};
 pub use windowed::{PUBLISHED, fit_windowed};
 
 /// Where the trainings of several networks stand between runs, and who gets their reports.
@@ -65,7 +67,7 @@ impl Sessions<'_> {
         number: usize,
         task: &mut T,
         network: Network,
-        identity: &Value,
+        identity: &impl Serialize,
     ) -> Result<FitResult<Network>, T::Error> {
         let mut progress = |progress: &TrainingProgress| (self.progress)(number, progress);
         let file = self.files.get(number).map(PathBuf::as_path);

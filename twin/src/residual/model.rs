@@ -5,10 +5,9 @@ use std::path::Path;
 use hysteron_base::{BadInput, json};
 use hysteron_learn::{Checkpoint, Network, Normaliser};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use super::linear::one_or_more;
-use super::{Adaptation, FeatureSpec, LinearPart, RobotChange, StrokeDecoder};
+use super::{Adaptation, FeatureSpec, LinearPart, ResidualTraining, RobotChange, StrokeDecoder};
 use crate::Result;
 
 /// How network and twin go together.
@@ -55,11 +54,26 @@ pub struct ResidualModel {
     pub change: Option<RobotChange>,
     /// Linear correction fitted to the robot since.
     pub adaptation: Option<Adaptation>,
-    /// Data, seed, scores.
-    pub training: Value,
+    /// Data, options, scores, later adaptation.
+    pub training: ResidualTraining,
 }
 
 const KIND: &str = "residual";
+
+/// Metadata of a checkpoint, next to the network.
+#[derive(Serialize, Deserialize)]
+struct Details {
+    design: ResidualDesign,
+    n_aux: usize,
+    step_s: f64,
+    scene_sha256: String,
+    #[serde(default)]
+    change: Option<RobotChange>,
+    #[serde(default)]
+    adaptation: Option<Adaptation>,
+    #[serde(default)]
+    training: Option<ResidualTraining>,
+}
 
 /// Most tendons or samples of a window that are accepted, so that products of sizes cannot overflow.
 const MAX_SIZE: usize = 1 << 16;
@@ -73,13 +87,17 @@ impl ResidualModel {
     /// # Errors
     /// Refusals of the file system.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let details = json!({
-            "design": self.design, "n_aux": self.n_aux, "step_s": self.step_s,
-            "scene_sha256": self.scene_hash, "change": self.change,
-            "adaptation": self.adaptation, "training": self.training,
-        });
+        let details = Details {
+            design: self.design.clone(),
+            n_aux: self.n_aux,
+            step_s: self.step_s,
+            scene_sha256: self.scene_hash.clone(),
+            change: self.change.clone(),
+            adaptation: self.adaptation.clone(),
+            training: Some(self.training.clone()),
+        };
         let (network, inputs, outputs) = (self.network.clone(), self.inputs.clone(), self.outputs.clone());
-        Checkpoint { kind: KIND.into(), network, inputs, outputs, details }.write(path)?;
+        Checkpoint { kind: KIND.into(), network, inputs, outputs, details: json!(details) }.write(path)?;
         Ok(())
     }
 
@@ -89,7 +107,6 @@ impl ResidualModel {
     /// Not a checkpoint, not of a residual network, damaged, or of parts that do not fit each other.
     pub fn read(path: &Path) -> Result<Self> {
         let Checkpoint { network, inputs, outputs, details, .. } = Checkpoint::read(path, KIND)?;
-        let of = |key: &str| details.get(key).cloned().unwrap_or_default();
         let bad = |error: serde_json::Error| {
             BadInput::new(
                 format!("{}: details", path.display()),
@@ -97,17 +114,15 @@ impl ResidualModel {
                 error.to_string(),
             )
         };
-        let design = json::from_value(&of("design")).map_err(bad)?;
-        let adaptation: Option<Adaptation> = json::from_value(&of("adaptation")).map_err(bad)?;
-        let change: Option<RobotChange> = json::from_value(&of("change")).map_err(bad)?;
+        let details: Details = json::from_value(&details).map_err(bad)?;
         let model = Self {
-            design,
-            change,
-            adaptation,
-            n_aux: json::from_value(&of("n_aux")).map_err(bad)?,
-            step_s: json::from_value(&of("step_s")).map_err(bad)?,
-            scene_hash: json::from_value(&of("scene_sha256")).map_err(bad)?,
-            training: of("training"),
+            design: details.design,
+            change: details.change,
+            adaptation: details.adaptation,
+            n_aux: details.n_aux,
+            step_s: details.step_s,
+            scene_hash: details.scene_sha256,
+            training: details.training.unwrap_or_default(),
             network,
             inputs,
             outputs,
@@ -194,6 +209,7 @@ impl ResidualModel {
 mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
     use hysteron_learn::{Architecture, ChannelRange, HeadActivation};
+    use serde_json::Value;
 
     use super::*;
 

@@ -4,15 +4,20 @@
 //! the squared distance of that from the measured tip: errors of the network count by their effect at the
 //! tip, and strokes of equal effect count as equal. All trajectories run side by side; see [`SequenceTask`].
 
-use hysteron_base::{BadInput, json, parallel, rng};
+use std::borrow::Cow;
+
+use hysteron_base::{BadInput, parallel, rng};
 use hysteron_learn::{
-    ChannelErrors, FitReport, FitResult, Member, Network, Normaliser, SequenceOptions, SequenceTask,
+    ChannelErrors, ChannelRange, FitReport, FitResult, Member, Network, Normaliser, SequenceOptions,
+    SequenceTask,
 };
 use rand::RngExt;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::prepared::{LinearisedTrajectory, TipSequences, output_ranges, prepare};
 use super::sequence::{first_of_one_robot, fit_decoder, names};
+use super::training::{ResidualOptions, ResidualTraining, TrainedMember};
 use super::{
     FeatureSpec, Features, FittedResidual, LinearPart, ResidualDesign, ResidualModel, Sequence, Sessions,
     StrokeDecoder,
@@ -20,7 +25,8 @@ use super::{
 use crate::Result;
 
 /// How to train.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "ResidualRecurrentOptions")]
 pub struct RecurrentOptions {
     /// Options common to trainings on whole trajectories.
     #[serde(flatten)]
@@ -107,9 +113,11 @@ pub fn fit_recurrent(
     let is_finished = members.iter().all(|member| member.result.is_finished);
     for member in members {
         let FitResult { validation, epochs, .. } = &member.result;
-        summaries.push(json!({
-            "held_out": member.report.validation, "held_out_rmse_mm": validation, "epochs": epochs,
-        }));
+        summaries.push(TrainedMember {
+            held_out: member.report.validation.clone(),
+            held_out_rmse_mm: *validation,
+            epochs: *epochs,
+        });
         let to_own = member.inputs.from_normalised(&inputs);
         linear.push(member.linear.for_ranges(&to_own[..spec.n_of_strokes()]));
         reports.push(member.report);
@@ -124,7 +132,12 @@ pub fn fit_recurrent(
         scene_hash: scene_hash.to_owned(),
         change: None,
         adaptation: None,
-        training: json!({ "options": options, "sequences": names(sequences), "members": summaries }),
+        training: ResidualTraining {
+            options: Some(ResidualOptions::Recurrent(options.clone())),
+            sequences: names(sequences),
+            members: summaries,
+            ..ResidualTraining::default()
+        },
     };
     Ok(FittedResidual { model, reports, is_finished })
 }
@@ -145,6 +158,18 @@ struct NetworkInputs<'a> {
     sessions: &'a Sessions<'a>,
     spec: &'a FeatureSpec,
     decoder: &'a StrokeDecoder,
+}
+
+/// Identity of the training of one network: a file to resume from holds it.
+#[derive(Serialize)]
+struct MemberIdentity<'a> {
+    scene: &'a str,
+    options: &'a RecurrentOptions,
+    trained_on: Vec<String>,
+    held_out: Vec<String>,
+    data_sha256: Vec<String>,
+    inputs: &'a [ChannelRange],
+    outputs: &'a [ChannelRange],
 }
 
 /// One network and what it was fitted with.
@@ -188,12 +213,15 @@ impl NetworkInputs<'_> {
         let network = Network::new(&options.learning.architecture(spec.len(), 3), seed)?;
         let sides = [prepared(&training), prepared(&validation)];
         let mut task = SequenceTask::new(&options.learning, &network, (seed, "residual/noise"), sides)?;
-        let identity = json!({
-            "scene": self.scene_hash, "options": options,
-            "trained_on": listed(&training), "held_out": listed(&validation),
-            "data_sha256": self.sequences.iter().map(Sequence::hash).collect::<Vec<_>>(),
-            "inputs": inputs.channels, "outputs": outputs.channels,
-        });
+        let identity = MemberIdentity {
+            scene: self.scene_hash,
+            options,
+            trained_on: listed(&training),
+            held_out: listed(&validation),
+            data_sha256: sequences.iter().map(Sequence::hash).collect(),
+            inputs: &inputs.channels,
+            outputs: &outputs.channels,
+        };
         let baselines = validation.iter().map(|&k| all[k].squares(&linear)).collect();
         drop(all);
         let result = self.sessions.fit(number, &mut task, network, &identity)?;
@@ -202,7 +230,7 @@ impl NetworkInputs<'_> {
             validation: listed(&validation),
             curve: result.curve.clone(),
             epochs: result.epochs,
-            unit: "mm",
+            unit: Cow::Borrowed("mm"),
             methods: ["twin alone", "linear part alone", "network"].map(str::to_owned).to_vec(),
             channels: channel_errors(baselines, &task.evaluate(&result.model)?.squares),
         };

@@ -1,13 +1,16 @@
 //! The paper's network, as published (section V-A d): windows of 100 samples of strokes and tip, 2 × 128, tanh head to
 //! the auxiliary strokes, mean squared error, Adam.
 
-use hysteron_base::{BadInput, json};
+use std::borrow::Cow;
+
+use hysteron_base::BadInput;
 use hysteron_learn::{
     ChannelErrors, ChannelRange, FitReport, FitResult, HeadActivation, Network, Normaliser, WindowOptions,
     WindowTask, WindowedSequence,
 };
 
 use super::sequence::{first_of_one_robot, names};
+use super::training::{ResidualOptions, ResidualTraining};
 use super::{FittedResidual, ResidualDesign, ResidualModel, Sequence, Sessions};
 use crate::Result;
 
@@ -55,18 +58,22 @@ pub fn fit_windowed(
     let n_aux = outputs.channels.len();
     let architecture = options.architecture(inputs.channels.len(), n_aux, HeadActivation::Tanh);
     let hashes: Vec<String> = training.iter().chain(held_out).map(Sequence::hash).collect();
-    let mut identity = json!({
-        "scene": scene_hash, "options": options, "trained_on": names(training), "held_out": names(held_out),
-        "data_sha256": hashes,
-    });
+    let mut described = ResidualTraining {
+        options: Some(ResidualOptions::Windowed(options.clone())),
+        scene: Some(scene_hash.to_owned()),
+        trained_on: names(training),
+        held_out: names(held_out),
+        data_sha256: hashes,
+        ..ResidualTraining::default()
+    };
     architecture.check_training([options.window, options.batch], 1)?;
     let network = Network::new(&architecture, options.seed)?;
     let mut task = WindowTask::new(options, &network, &outputs, 1e3, paths)?;
-    let result = sessions.fit(0, &mut task, network, &identity)?;
-    identity["gradient_floor_relative_error"] = json!(task.gradient_floor_error(&result.model)?);
+    let result = sessions.fit(0, &mut task, network, &described)?;
+    described.gradient_floor_relative_error = Some(task.gradient_floor_error(&result.model)?);
     let report = report(training, held_out, &result, &task.squares(&result.model)?);
-    identity["held_out_stroke_rmse_mm"] = json!(result.validation);
-    identity["epochs"] = json!(result.epochs);
+    described.held_out_stroke_rmse_mm = Some(result.validation);
+    described.epochs = Some(result.epochs);
     let model = ResidualModel {
         network: result.model,
         inputs,
@@ -77,7 +84,7 @@ pub fn fit_windowed(
         scene_hash: scene_hash.to_owned(),
         change: None,
         adaptation: None,
-        training: identity,
+        training: described,
     };
     Ok(FittedResidual { model, reports: vec![report], is_finished: result.is_finished })
 }
@@ -105,7 +112,7 @@ fn report(
         validation: names(held_out),
         curve: result.curve.clone(),
         epochs: result.epochs,
-        unit: "mm",
+        unit: Cow::Borrowed("mm"),
         methods: ["no strokes", "network"].map(str::to_owned).to_vec(),
         channels: squares.iter().enumerate().map(channel).collect(),
     }

@@ -3,6 +3,7 @@
 use hysteron_actuator::{LoadModel, Stribeck};
 use hysteron_base::BadInput;
 use nalgebra::Vector3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::observer::{Observation, SenseSample, Steady, TwinObserver};
@@ -11,7 +12,7 @@ use super::tip_force::{TipErrors, TipForceEstimate, TipForceFilter, TipSample};
 use crate::Result;
 
 /// Tensions from the load of the servos: torque, radius and friction.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ServoLoad {
     /// Torque of a load of 1 [N m].
@@ -57,7 +58,7 @@ impl ServoLoad {
 }
 
 /// Fitted errors of a robot and its twin, from which forces are estimated.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ForceSensor {
     /// Duration of a sample [s].

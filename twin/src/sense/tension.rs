@@ -4,10 +4,11 @@
 //! few per cent. Its error changes where its tension does, so a random walk over the changes of tension describes it; a load corrects it
 //! while its servo moves steadily, and at rest, where friction hides the tension from the servo, it stays.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Errors of twin and loads.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TensionErrors {
     /// Tension of the robot over the twin's [-]: not observable from a tip, for strokes and shape are the

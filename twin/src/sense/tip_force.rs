@@ -17,13 +17,14 @@
 use std::collections::VecDeque;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 type ForceState = SVector<f64, 6>;
 type Covariance = SMatrix<f64, 6, 6>;
 
 /// How far a tip without contact strays from the twin's.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TipErrors {
     /// Noise of a sample along x, y, z [m].

@@ -4,12 +4,11 @@ use hysteron_base::{Channel, Metadata, Recording, rng};
 use hysteron_learn::{Architecture, ChannelRange, HeadActivation, Network, Normaliser};
 use hysteron_twin::coreact::AuxiliaryLimits;
 use hysteron_twin::residual::{
-    AdaptOptions, Adapted, AdaptedParts, CorrectedRollout, ResidualDesign, ResidualModel, RobotChange, adapt,
-    n_samples,
+    AdaptOptions, Adapted, AdaptedParts, CorrectedRollout, ResidualDesign, ResidualModel, ResidualTraining,
+    RobotChange, adapt, n_samples,
 };
 use hysteron_twin::{Motion, Plant, Twin};
 use rand::RngExt;
-use serde_json::Value;
 
 use super::scenes;
 
@@ -48,7 +47,7 @@ fn silent(twin: &Twin, auxiliary: &AuxiliaryLimits) -> ResidualModel {
         scene_hash: "00".into(),
         change: None,
         adaptation: None,
-        training: Value::Null,
+        training: ResidualTraining::default(),
     }
 }
 

@@ -6,8 +6,10 @@ use hysteron_control::TargetPath;
 use hysteron_control::tracking::{Timed, errors};
 use plotters::prelude::*;
 
+use crate::shared::health;
 use crate::tendon::evaluate::{Commanded, Outcome, Row, ScoredRecordings, cells, headings};
 use hysteron_report::figure::{Drawn, Figure, register_embedded_font, save};
+use hysteron_report::folder::ReportFolder;
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::plane::{dashes, square_around};
@@ -60,7 +62,7 @@ pub(crate) fn write(
     }
     page.table(&headings(), cells(rows));
     if let Some(health) = commanded.and_then(|commanded| commanded.health.as_ref()) {
-        super::health::section(&mut page, folder, health, with_png)?;
+        health::section(&mut page, &ReportFolder { path: folder, png: with_png }, health)?;
     }
     page.heading("Figures");
     page.figure(&figure);

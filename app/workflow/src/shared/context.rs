@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::path::Path;
 
 use hysteron_base::json;
+use hysteron_learn::Provenance;
 use hysteron_report::text::without_signs_of_zeros;
 use serde_json::Value;
 
@@ -118,6 +119,15 @@ impl Context<'_> {
     /// See [`ProgressSink::confirm`].
     pub fn confirm(&self, question: &str) -> Option<bool> {
         self.progress.confirm(question)
+    }
+
+    /// The command and the program, as a checkpoint holds them.
+    pub(crate) fn provenance(&self) -> Provenance {
+        Provenance {
+            command: self.command.clone(),
+            commit: crate::COMMIT.to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+        }
     }
 
     /// Writes into the details of a checkpoint what made it.

@@ -43,8 +43,6 @@ impl Results {
 
 /// Name of a servo's torque at full load, as it is found where tensions are known.
 pub(crate) const LOAD_SCALE: &str = "load_scale_n_m";
-/// Format name in such a file.
-pub(crate) const IDENTIFICATION: &str = "hysteron-identification";
 
 /// The value of `format` of an identification.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -22,5 +22,6 @@ pub(crate) mod resume;
 pub mod robot_file;
 pub(crate) mod run;
 pub(crate) mod shapes;
+pub(crate) mod training;
 pub mod verdict;
 pub mod watchdog;

@@ -93,12 +93,6 @@ impl Findings {
         &self.0
     }
 
-    /// None, of recordings without a doubt.
-    #[cfg(test)]
-    pub fn none() -> Self {
-        Self(Vec::new())
-    }
-
     /// The findings, as a result holds them.
     pub fn into_warnings(self) -> Vec<Warning> {
         self.0

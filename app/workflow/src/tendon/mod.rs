@@ -6,6 +6,7 @@ pub mod command;
 pub mod evaluate;
 pub mod fit_material;
 pub mod fit_residual;
+pub mod fit_sensor;
 pub mod generate;
 pub mod identify;
 pub mod mesh;

@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-use hysteron_base::BadInput;
+use hysteron_base::{BadInput, json};
+use serde::Serialize;
 use serde_json::Value;
 
 use crate::{Error, Schedule, TrainableModel, Training};
@@ -100,9 +101,10 @@ pub struct FitResult<M> {
 pub fn fit<M: TrainableModel, T: TrainingTask<M> + ?Sized>(
     task: &mut T,
     model: M,
-    identity: &Value,
+    identity: &impl Serialize,
     session: &mut TrainingSession<'_>,
 ) -> Result<FitResult<M>, T::Error> {
+    let identity = &json!(identity);
     let schedule = task.schedule();
     let mut training = match session.file.filter(|path| path.exists()) {
         Some(path) => resumed(path, &model, identity)?,

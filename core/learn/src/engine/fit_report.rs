@@ -1,9 +1,12 @@
 //! Learning curve of a fit, and its validation errors next to those of the baselines that it must beat.
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Report on a fit: splits, learning curve, validation errors by method and output.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct FitReport {
     /// Names of the training trajectories.
     pub training: Vec<String>,
@@ -14,7 +17,7 @@ pub struct FitReport {
     /// Epochs after which the weights were found that are kept.
     pub epochs: usize,
     /// Unit of all errors.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Methods evaluated: baselines, and the network last.
     pub methods: Vec<String>,
     /// Root mean square errors in validation.
@@ -22,7 +25,7 @@ pub struct FitReport {
 }
 
 /// Errors of an output.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ChannelErrors {
     /// Which output.
     pub name: String,

@@ -1,13 +1,14 @@
 //! How a network learns from whole sequences.
 
 use hysteron_base::BadInput;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::{MAX_EPOCHS, MAX_HIDDEN, MAX_LAYERS, MAX_ROWS, check_counts};
 use crate::{Adam, Architecture, Decay, HeadActivation, Schedule};
 
 /// Options common to trainings on whole sequences; one cell update a sample.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SequenceOptions {
     /// Hidden units of each layer.
     pub hidden: usize,

@@ -3,6 +3,7 @@
 
 use hysteron_base::{BadInput, rng};
 use rand::seq::SliceRandom;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::{MAX_EPOCHS, MAX_HIDDEN, MAX_LAYERS, MAX_ROWS, check_counts};
@@ -12,7 +13,7 @@ use crate::{
 };
 
 /// How to train on windows.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct WindowOptions {
     /// Samples of a window.
     pub window: usize,

@@ -14,7 +14,8 @@ mod rolled;
 mod whitening;
 
 use hysteron_base::{BadInput, Bounds, parallel};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::adaptation::AdaptationFilter;
 use super::{AdaptOptions, Adaptation, ResidualDesign, ResidualModel, RobotChange};
@@ -28,7 +29,7 @@ use rolled::{RolloutErrors, RolloutTask, TwinWithNetwork};
 use whitening::Whitening;
 
 /// Parts of the adaptation that are kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AdaptedParts {
     /// The model as it was.
@@ -55,7 +56,7 @@ impl AdaptedParts {
 }
 
 /// Root mean square distance of the twin's tip from the measured one [m].
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MotionErrors {
     /// Name of the motion.
     pub name: String,

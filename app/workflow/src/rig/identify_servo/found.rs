@@ -10,7 +10,7 @@ use crate::shared::identification::{Row, deviation, estimates, judged};
 use crate::shared::verdict::{Judged, parameters};
 
 /// Result of identifying a servo, or the reason why there is none.
-pub(crate) struct Found {
+pub(super) struct Found {
     /// Number, from 1.
     pub number: usize,
     /// Radius of its pulley [m].

@@ -6,7 +6,7 @@ use hysteron_base::{BadInput, Bounds, Channel, Recording};
 use hysteron_control::{Plan, StrokeLimits};
 use hysteron_rig::config::RigConfig;
 
-use super::Options;
+use super::options::Options;
 use super::source::Source;
 use crate::{shared::inputs, shared::plan};
 

@@ -6,10 +6,11 @@ use hysteron_rig::config::RigConfig;
 use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session};
 use hysteron_rig::{Hardware, LiveRig};
 
+use super::jobs::Job;
+use super::options::Options;
 use super::partial_files::{ended, rescue};
 use super::source::Source;
 use super::summary::Summary;
-use super::{Job, Options};
 use crate::Context;
 use crate::shared::watchdog::Watched;
 use crate::tendon::sense::live::{LiveSensing, Pace};

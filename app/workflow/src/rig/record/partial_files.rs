@@ -5,7 +5,7 @@ use std::path::Path;
 use hysteron_base::{Journal, Recording};
 use hysteron_rig::session::{Outcome, free_name, journal_path, recover};
 
-use super::Job;
+use super::jobs::Job;
 
 /// Whether a trajectory came to its end; if not, why not, and where what was recorded is.
 pub fn ended(outcome: &Outcome, job: &Job) -> anyhow::Result<()> {

@@ -10,7 +10,7 @@ use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::session::{RecordOptions, Recorder, Session, journal_path};
 use hysteron_rig::virtual_rig::{Hand, SimulatedRig};
 
-use super::Job;
+use super::jobs::Job;
 use super::partial_files::ended;
 use super::source::{self, Source};
 use super::summary::Summary;

@@ -8,7 +8,7 @@ use hysteron_rig::{Event, EventKind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Job;
+use super::jobs::Job;
 use crate::Context;
 
 /// One trajectory.

@@ -5,6 +5,7 @@
 //! stands for the servo as it is now.
 
 mod baseline;
+mod page;
 mod window;
 
 use std::path::Path;
@@ -15,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Context;
 pub use baseline::Baseline;
+pub(crate) use page::section;
 use window::{Source, Window};
 
 /// How fast a quantity may change, as a part of itself over the root of an hour.

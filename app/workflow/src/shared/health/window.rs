@@ -11,7 +11,7 @@ use hysteron_base::{BadInput, Recording, json};
 use serde::Deserialize;
 
 use super::{Estimate, Numbers, Quantity};
-use crate::tendon::sense::stroke_per_tick;
+use crate::tendon::sense::input::stroke_per_tick;
 
 /// Length of a window in recorded time [s].
 const LENGTH: f64 = 60.0;

@@ -7,10 +7,11 @@ use schemars::generate::SchemaSettings;
 use schemars::{Schema, SchemaGenerator};
 
 use super::Outcome;
-use crate::{
-    arm, import, rig, rig::record, shared::run, tendon::check, tendon::command, tendon::evaluate,
-    tendon::generate, tendon::mesh, tendon::target, tendon::track,
+use crate::tendon::{
+    adapt, check, command, evaluate, fit_material, fit_residual, fit_sensor, generate, identify, mesh, sense,
+    target, track, train,
 };
+use crate::{arm, import, rig, rig::record, shared::run};
 
 /// A verb and the type of its outcome.
 struct Verb {
@@ -26,7 +27,7 @@ const fn verb<T: Outcome>(names: &'static [&'static str]) -> Verb {
 }
 
 /// All verbs whose outcome has a type, in the order of the document.
-const VERBS: [Verb; 32] = [
+const VERBS: [Verb; 39] = [
     verb::<run::Outcome>(&["simulate", "reach"]),
     verb::<record::Outcome>(&["record"]),
     verb::<generate::Outcome>(&["generate"]),
@@ -37,6 +38,13 @@ const VERBS: [Verb; 32] = [
     verb::<mesh::Outcome>(&["mesh"]),
     verb::<check::Outcome>(&["check"]),
     verb::<import::Outcome>(&["import"]),
+    verb::<fit_material::Outcome>(&["fit-material"]),
+    verb::<identify::Outcome>(&["identify"]),
+    verb::<fit_residual::Outcome>(&["fit-residual"]),
+    verb::<adapt::Outcome>(&["adapt"]),
+    verb::<train::Outcome>(&["train"]),
+    verb::<fit_sensor::Outcome>(&["fit-sensor"]),
+    verb::<sense::Outcome>(&["sense"]),
     verb::<rig::check::Outcome>(&["rig check"]),
     verb::<rig::calibrate::Outcome>(&["rig calibrate"]),
     verb::<rig::emulate::Outcome>(&["rig emulate"]),

@@ -1,134 +1,177 @@
-//! Outcome of a material fit, in words.
+//! The outcome of `fit-material`.
 
-use hysteron_base::Scene;
-use hysteron_report::verdict::{Criterion, Verdict};
-use hysteron_twin::Motion;
-use hysteron_twin::fit::{Identifiability, MaterialFit, ParameterScale, Selected};
+use hysteron_base::checks::Warning;
+use hysteron_report::verdict::Verdict;
+use hysteron_twin::fit::{Estimate, Identifiability, Selected};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-use crate::shared::recording_checks::Findings;
-use crate::shared::verdict::{Judged, Kind, parameters};
+use super::verdict::FinishedFit;
+use crate::shared::outcome::MetricsFormat;
+use crate::{COMMIT, Context};
 
-/// Everything a report may show.
-pub(crate) struct Outcome<'a> {
-    /// The scene as given.
-    pub scene: &'a Scene,
-    /// Motions that were compared.
-    pub motions: &'a [Motion],
-    /// Parameters that were fitted.
-    pub selected: &'a [Selected],
-    /// The outcome.
-    pub found: &'a MaterialFit,
-    /// Warnings of the checks of the recordings.
-    pub findings: &'a Findings,
-    /// Time it took [s].
-    pub wall_s: f64,
-    /// Recordings left out for their role.
-    pub n_other_role: usize,
-    /// Largest tension that each tendon can be pulled with [N].
-    pub tension_max: Vec<f64>,
+/// The outcome of `fit-material`; everything in SI.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// Format of the file.
+    pub format: MetricsFormat,
+    /// Its version.
+    pub version: u32,
+    /// Whether the fitted scene can be used.
+    pub verdict: Verdict,
+    /// Name of the robot.
+    pub robot: String,
+    /// Hash of the scene and its mesh.
+    pub scene_sha256: String,
+    /// Parameters of the fit.
+    pub parameters: Vec<FittedParameter>,
+    /// Correlation, rows and columns in the order of the parameters; zero where one was not fitted [-].
+    pub correlation: Vec<Vec<f64>>,
+    /// Errors of the scene as given.
+    pub errors_before: TipErrors,
+    /// Errors of the fitted scene.
+    pub errors_after: TipErrors,
+    /// Gravity of the fitted scene [m/s²].
+    pub gravity_m_s2: [f64; 3],
+    /// Largest tension of every tendon with the fitted scene [N].
+    pub largest_tensions_n: Vec<f64>,
+    /// Warnings about the result, and other explanations of the errors that are left.
+    pub doubts: Vec<String>,
+    /// Doubts about the recordings.
+    #[serde(default)]
+    pub recording_warnings: Vec<Warning>,
+    /// Recordings that were compared.
+    pub recordings: usize,
+    /// Recordings that were left out for their role.
+    pub recordings_of_another_role: usize,
+    /// Measured tips that were compared.
+    pub rows: usize,
+    /// Steps of the twin in an evaluation.
+    pub steps: usize,
+    /// Condition number of the Jacobian, columns normalised [-].
+    pub condition: f64,
+    /// Coordinates of the tip that never change and were left out.
+    pub constant_channels: usize,
+    /// Residuals.
+    pub residuals: usize,
+    /// Independent residuals that these are worth [-].
+    pub effective_residuals: f64,
+    /// Iterations of the search.
+    pub iterations: usize,
+    /// Evaluations of the search.
+    pub evaluations: usize,
+    /// Why the search ended.
+    pub ended: String,
+    /// Whether it converged.
+    pub converged: bool,
+    /// The command that made this.
+    pub command: String,
+    /// Commit of the program.
+    pub commit: String,
 }
 
-/// Part of the largest tension allowed from which on a tendon is said to need too much.
-const STRAINED: f64 = 0.8;
+/// A parameter of the fit, in SI.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct FittedParameter {
+    /// Name.
+    pub name: String,
+    /// Value of the scene.
+    pub start: f64,
+    /// Fitted value.
+    pub value: f64,
+    /// Standard error, where the data determine it.
+    pub standard_error: Option<f64>,
+    /// Lower bound.
+    pub lower_bound: f64,
+    /// Upper bound.
+    pub upper_bound: f64,
+    /// Standard deviation of the prior; a factor on a logarithmic scale.
+    pub prior_width: Option<f64>,
+    /// Whether the fit ended at a bound.
+    pub is_at_bound: bool,
+    /// Identifiability, in words.
+    pub standing: String,
+}
 
-/// Quantities of friction, and what follows where nothing of them is known.
-const FRICTION: [&str; 5] = ["coefficient", "coulomb", "sheath_exponent", "sheath_coulomb", "backlash"];
-const FRICTION_ASSUMED: &str = "the twin's hysteresis is that of the scene, not of the robot; record slow motions that turn back, under more and less pull";
+/// Errors of the twin's tip.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "FitTipErrors")]
+pub struct TipErrors {
+    /// Root mean square along x, y and z [m].
+    pub rmse_axes_m: [f64; 3],
+    /// Root mean square of the distance [m].
+    pub rmse_distance_m: f64,
+}
 
-impl Outcome<'_> {
-    /// Whether the fitted scene can stand in for the robot.
-    pub fn verdict(&self) -> Verdict {
-        let (found, fit) = (self.found, &self.found.fit);
-        let error = found.errors[1].distance;
-        let judged = |(selected, estimate)| {
-            let Selected { parameter, quantity, .. }: &Selected = selected;
-            let kind = if parameter.scale == ParameterScale::Logarithmic { Kind::Size } else { Kind::Place };
-            let consequence = consequence(quantity.name);
-            Judged::new(parameter.name.clone(), estimate, kind, consequence)
+impl crate::shared::outcome::Outcome for Outcome {
+    fn verdict(&self) -> Option<&Verdict> {
+        Some(&self.verdict)
+    }
+}
+
+impl FittedParameter {
+    fn new(selected: &Selected, estimate: &Estimate) -> Self {
+        Self {
+            name: estimate.name.clone(),
+            start: estimate.start,
+            value: estimate.value,
+            standard_error: estimate.standard_error,
+            lower_bound: selected.parameter.bounds.min,
+            upper_bound: selected.parameter.bounds.max,
+            prior_width: selected.parameter.prior.map(|prior| prior.width),
+            is_at_bound: estimate.standing == Identifiability::AtBound,
+            standing: standing(&estimate.standing),
+        }
+    }
+}
+
+impl Outcome {
+    pub(super) fn new(finished: &FinishedFit, context: &Context) -> Self {
+        let FinishedFit { scene, motions, selected, found, .. } = *finished;
+        let fit = &found.fit;
+        let errors = |k: usize| TipErrors {
+            rmse_axes_m: found.errors[k].axes,
+            rmse_distance_m: found.errors[k].distance,
         };
-        let judged: Vec<Judged> = self.selected.iter().zip(&fit.estimates).map(judged).collect();
-        let claim = format!("the fitted scene follows the measured tip within {:.2} mm (RMSE)", 1e3 * error);
-        let spread = found.measured_spread;
-        let strain = found.tensions.iter().zip(&self.tension_max).map(|(tension, most)| tension / most);
-        let strained =
-            strain.clone().filter(|share| *share > 1.0).count() as f64 / found.tensions.len().max(1) as f64;
-        let verdict = Verdict::on(claim).because(
-            Criterion::ErrorOverSpread,
-            error / spread,
-            format!(
-                "the error is {:.0} % of the {:.1} mm by which the tip moved about its mean",
-                100.0 * error / spread,
-                1e3 * spread
-            ),
-        );
-        parameters(verdict, &judged)
-            .because(
-                Criterion::ParametersOverResiduals,
-                judged.len() as f64 / fit.n_effective,
-                format!("{} parameters from {:.0} independent residuals", judged.len(), fit.n_effective),
-            )
-            .because(
-                Criterion::ConditionNumber,
-                fit.condition,
-                format!("the condition number of the parameters is {:.0}", fit.condition),
-            )
-            .because(
-                Criterion::NotConverged,
-                f64::from(u8::from(!fit.is_converged)),
-                match fit.is_converged {
-                    true => "the search ended at a minimum".to_owned(),
-                    false => format!("the search has {}", fit.ended),
-                },
-            )
-            .because(
-                Criterion::AtLimit,
-                strained,
-                format!("{:.0} % of the tendons would need more than they can pull", 100.0 * strained),
-            )
-            .verdict()
-    }
-
-    /// Warnings about the outcome, and other explanations of the remaining errors.
-    pub fn doubts(&self) -> Vec<String> {
-        let mut doubts = Vec::new();
-        let at_bound =
-            |estimate: &&hysteron_twin::fit::Estimate| estimate.standing == Identifiability::AtBound;
-        for estimate in self.found.fit.estimates.iter().filter(at_bound) {
-            doubts
-                .push(format!("{} ended at a bound: an assumption of the scene may be wrong", estimate.name));
+        let parameters = selected.iter().zip(&fit.estimates);
+        Self {
+            format: MetricsFormat,
+            version: 1,
+            verdict: finished.verdict(),
+            robot: scene.name.clone(),
+            scene_sha256: scene.hash.clone(),
+            parameters: parameters.map(|(selected, one)| FittedParameter::new(selected, one)).collect(),
+            correlation: fit.correlation.clone(),
+            errors_before: errors(0),
+            errors_after: errors(1),
+            gravity_m_s2: found.scene.gravity,
+            largest_tensions_n: found.tensions.clone(),
+            doubts: finished.doubts(),
+            recording_warnings: finished.findings.warnings().to_vec(),
+            recordings: motions.len(),
+            recordings_of_another_role: finished.n_other_role,
+            rows: found.courses.iter().flat_map(|course| &course.tips).flatten().count(),
+            steps: found.courses.iter().map(|course| course.samples.len()).sum(),
+            condition: fit.condition,
+            constant_channels: motions
+                .iter()
+                .flat_map(|motion| motion.axes)
+                .filter(|is_used| !is_used)
+                .count(),
+            residuals: fit.n_residuals,
+            effective_residuals: fit.n_effective,
+            iterations: fit.iterations,
+            evaluations: fit.evaluations,
+            ended: fit.ended.clone(),
+            converged: fit.is_converged,
+            command: context.command.clone(),
+            commit: COMMIT.to_owned(),
         }
-        for ((tendon, tension), most) in
-            self.scene.tendons.iter().zip(&self.found.tensions).zip(&self.tension_max)
-        {
-            if *tension > STRAINED * most {
-                let name = &tendon.name;
-                doubts.push(format!("{name} would need {tension:.1} N of the {most:.1} N that it can pull"));
-            }
-        }
-        for hint in &self.found.hints {
-            let [now, then] = hint.rms.map(|rms| 1e3 * rms);
-            let how = if hint.fit.is_empty() { String::new() } else { format!(" (--fit {})", hint.fit) };
-            let what = &hint.instead;
-            doubts.push(format!(
-                "another explanation of the errors: {what}, {now:.3} -> {then:.3} mm per coordinate{how}"
-            ));
-        }
-        doubts
-    }
-}
-
-/// Consequence for the user where the data do not determine a quantity.
-fn consequence(quantity: &str) -> Option<&'static str> {
-    match quantity {
-        "youngs_modulus" => Some(
-            "under strokes the tip hardly depends on it, but tensions and forces of the twin are as uncertain as it is",
-        ),
-        _ => FRICTION.contains(&quantity).then_some(FRICTION_ASSUMED),
     }
 }
 
 /// A number of four digits.
-pub fn digits(value: f64) -> String {
+pub(super) fn digits(value: f64) -> String {
     if value == 0.0 {
         return "0".into();
     }
@@ -137,7 +180,7 @@ pub fn digits(value: f64) -> String {
 }
 
 /// Identifiability of a parameter, in words.
-pub fn standing(standing: &Identifiability) -> String {
+pub(super) fn standing(standing: &Identifiability) -> String {
     match standing {
         Identifiability::Fitted => "fitted".into(),
         Identifiability::AtBound => "at a bound".into(),

@@ -1,11 +1,11 @@
-//! How good estimates are where the truth is known, beside simpler ones.
+//! How good estimates are where the truth is known, next to simpler ones.
 
 use hysteron_actuator::{CatalogueDrive, LoadModel, SteadyMotion};
 use hysteron_twin::sense::{ForceSensor, RecordingObservations, SensedSample};
 use nalgebra::Vector3;
-use serde::Serialize;
 
 use super::input::Input;
+use super::outcome::{ContactScore, ForceScore, Scores, TensionScore};
 
 /// Speed of the tendons below which the robot rests [m/s], over a window [s].
 const AT_REST: f64 = 2e-4;
@@ -19,66 +19,6 @@ const ALIGNED: f64 = 15.0 / 180.0 * std::f64::consts::PI;
 /// Servo whose armature the momentum observer takes, and its gain [1/s].
 const SERVO: &str = "xl430-w250";
 const MOMENTUM_GAIN: f64 = 20.0;
-
-/// Errors of tensions over their root mean square [-].
-#[derive(Debug, Clone, Serialize)]
-pub struct TensionScore {
-    /// Method of the estimate.
-    pub method: &'static str,
-    /// All samples.
-    pub all: f64,
-    /// While the tendons move.
-    pub moving: f64,
-    /// While they rest.
-    pub resting: f64,
-}
-
-/// Errors of the force on the tip.
-#[derive(Debug, Clone, Serialize)]
-pub struct ForceScore {
-    /// Method of the estimate.
-    pub method: &'static str,
-    /// Which samples.
-    pub samples: &'static str,
-    /// How many.
-    pub n: usize,
-    /// Root mean square of the error's norm [N].
-    pub rms_n: f64,
-    /// Median of the error's norm [N].
-    pub median_n: f64,
-    /// Share within 30 mN or 15 % [-].
-    pub near: f64,
-    /// Share whose direction is off by 15° at most [-].
-    pub aligned: f64,
-}
-
-/// How contacts were found.
-#[derive(Debug, Clone, Serialize)]
-pub struct ContactScore {
-    /// Contacts.
-    pub contacts: usize,
-    /// Share found within 100 ms [-], of all and of those that were not preceded by a contact that had not been given up.
-    pub found_at_once: f64,
-    /// Share of contacts above 0.15 N found within 100 ms [-].
-    pub strong_found_at_once: f64,
-    /// Alarms while there was no contact and had been none for a second, an hour [1/h].
-    pub false_alarms_per_hour: f64,
-    /// Time without contact [s].
-    pub free_s: f64,
-    /// Share of it in which a contact was claimed [-].
-    pub claimed: f64,
-}
-
-/// All scores.
-#[derive(Debug, Clone, Serialize)]
-pub struct Scores {
-    /// Where tensions are known.
-    pub tensions: Vec<TensionScore>,
-    /// Where the force is known and somebody pushed.
-    pub forces: Vec<ForceScore>,
-    /// See `forces`; also where nobody pushed.
-    pub contacts: Option<ContactScore>,
-}
 
 /// True where the tendons have hardly moved for a while.
 fn resting(observed: &RecordingObservations, period: f64) -> Vec<bool> {
@@ -170,7 +110,7 @@ fn tension_score(
         (error / size).sqrt()
     };
     TensionScore {
-        method,
+        method: method.into(),
         all: relative(&|_| true),
         moving: relative(&|i| !rest[i]),
         resting: relative(&|i| rest[i]),
@@ -253,7 +193,7 @@ fn force_score(
     let rms_n = (errors.iter().map(|error| error * error).sum::<f64>() / n as f64).sqrt();
     errors.sort_by(f64::total_cmp);
     let median_n = *errors.get(n / 2)?;
-    Some(ForceScore { method, samples, n, rms_n, median_n, near, aligned })
+    Some(ForceScore { method: method.into(), samples: samples.into(), n, rms_n, median_n, near, aligned })
 }
 
 fn contact_score(force: &[Vector3<f64>], sensed: &[SensedSample], period: f64) -> ContactScore {

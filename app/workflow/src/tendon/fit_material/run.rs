@@ -1,0 +1,187 @@
+//! The fit: scene and recordings, the search, the fitted scene, page.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::Context as _;
+use hysteron_base::checks::Purpose;
+use hysteron_base::{BadInput, Recording, Scene};
+use hysteron_report::folder::ReportFolder;
+use hysteron_twin::fit::{Fit, FitParameter, MaterialOptions, Stepping, fit_material, select};
+use hysteron_twin::{Motion, Twin};
+
+use super::options::Options;
+use super::outcome::{Outcome, digits, standing};
+use super::verdict::FinishedFit;
+use super::{page, quantities, scene_file};
+use crate::shared::error::Cancelled;
+use crate::shared::outputs::Outputs;
+use crate::shared::{inputs, locking, recording_checks};
+use crate::{Context, WorkflowError};
+
+/// Carries out the verb.
+///
+/// # Errors
+/// Bad input; a twin that cannot be stepped with the scene as given; an interruption; files that cannot be written.
+pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
+    Ok(fit(options, context)?)
+}
+
+fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
+    options.check()?;
+    let scene = Scene::read(&options.scene)?;
+    let names = match &options.fit_file {
+        Some(path) => quantities::read(path)?,
+        None => options.fit.iter().map(FitParameter::named).collect(),
+    };
+    let selected = select(&scene, &names)?;
+    let files = inputs::files(&options.recordings)?;
+    let outputs = Outputs::reading(&files).scene(&options.scene, &scene).and(&options.fit_file);
+    let outputs = outputs.file("--out", &options.out).report("--figures", options.figures.as_deref());
+    let _claim = outputs.check(context)?;
+    let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
+    let twin = Twin::new(&scene, &mesh)?;
+    let findings = recording_checks::of_files(&files, &recording_checks::context_of(&twin, Purpose::Fit))?;
+    locking::warn_before_fit(&scene)?;
+    let motions = motions(&files, options.role.as_deref(), &twin)?;
+    let n_other_role = files.len() - motions.len();
+    tracing::info!(
+        "{}: {} parameters, {} recordings, {} samples; {n_other_role} recordings of another role left out",
+        scene.name,
+        selected.len(),
+        motions.len(),
+        motions.iter().map(|motion| motion.len()).sum::<usize>(),
+    );
+
+    context.listen();
+    let bar = context.progress("steps of the twin", 0, 0);
+    let settings = MaterialOptions {
+        frame: options.frame.into(),
+        stepping: Stepping {
+            step: 1e-3 * options.step_mm,
+            every: 1e-3 * options.every_mm,
+            most: options.steps,
+        },
+        huber: options.huber_mm.map(|mm| 1e-3 * mm),
+        tension_max: options.tension_max_n,
+        watch: &|progress| {
+            bar.set_position(progress.steps as u64);
+            bar.set_message(format!("RMSE {:.3} mm per coordinate", 1e3 * progress.rms));
+            !context.is_cancelled()
+        },
+    };
+    let start = Instant::now();
+    let found = fit_material(&scene, &mesh, &motions, &selected, &settings)?;
+    bar.finish();
+    if context.is_cancelled() {
+        return Err(Cancelled::new("; nothing is written").into());
+    }
+    let finished = FinishedFit {
+        scene: &scene,
+        motions: &motions,
+        selected: &selected,
+        found: &found,
+        findings: &findings,
+        wall_s: start.elapsed().as_secs_f64(),
+        n_other_role,
+        tension_max: scene
+            .tendons
+            .iter()
+            .map(|tendon| options.tension_max_n.map_or(tendon.tension.max, |n| n.min(tendon.tension.max)))
+            .collect(),
+    };
+    let outcome = Outcome::new(&finished, context);
+    print(&finished, &outcome, context);
+    scene_file::write(&options.scene, &scene, &found.scene, &options.out, context)?;
+    if let Some(folder) = &options.figures {
+        page::write(&ReportFolder { path: folder, png: options.png }, &outcome, &finished)
+            .with_context(|| format!("writing figures to {}", folder.display()))?;
+        context.reported(folder);
+    }
+    context.wrote(&options.out);
+    Ok(outcome)
+}
+
+/// The motions in recordings of this role.
+fn motions(paths: &[PathBuf], role: Option<&str>, twin: &Twin) -> anyhow::Result<Vec<Motion>> {
+    let mut motions = Vec::new();
+    for path in paths {
+        let recording = Recording::read(path)?;
+        if role.is_some_and(|role| inputs::role(recording.meta()) != role) {
+            continue;
+        }
+        let motion = Motion::new(twin, &recording, &path.display().to_string())?;
+        for (axis, is_used) in ["x", "y", "z"].iter().zip(motion.axes) {
+            if !is_used {
+                tracing::warn!("{}: tip_{axis} never changes and is left out", path.display());
+            }
+        }
+        motions.push(motion);
+    }
+    if motions.is_empty() {
+        let found = format!("none of {}", paths.len());
+        return Err(BadInput::new("--role", "the role of at least one recording", found).into());
+    }
+    Ok(motions)
+}
+
+/// Prints the parameters and the errors.
+fn print(finished: &FinishedFit, outcome: &Outcome, context: &Context) {
+    let found = finished.found;
+    context.print(format_args!(
+        "{:<26}{:>12}{:>12}{:>12}   {}",
+        "parameter", "scene", "fitted", "± s.e.", "standing"
+    ));
+    for (selected, estimate) in finished.selected.iter().zip(&found.fit.estimates) {
+        let (factor, unit) = (selected.quantity.key.1, selected.quantity.unit());
+        context.print(format_args!(
+            "{:<26}{:>12}{:>12}{:>12}   {}",
+            if unit.is_empty() { estimate.name.clone() } else { format!("{} [{unit}]", estimate.name) },
+            digits(factor * estimate.start),
+            digits(factor * estimate.value),
+            estimate.standard_error.map_or("-".into(), |error| digits(factor * error)),
+            standing(&estimate.standing),
+        ));
+    }
+    for (name, errors) in ["scene", "fitted"].iter().zip(&found.errors) {
+        let [x, y, z] = errors.axes.map(|error| 1e3 * error);
+        let distance = 1e3 * errors.distance;
+        context.print(format_args!(
+            "RMSE of the tip, {name}: x {x:.3}, y {y:.3}, z {z:.3}, distance {distance:.3} mm"
+        ));
+    }
+    let fit = &found.fit;
+    if finished.selected.iter().any(|selected| selected.quantity.name == "gravity") {
+        let [x, y, z] = found.scene.gravity;
+        context.print(format_args!("gravity: ({x:.3}, {y:.3}, {z:.3}) m/s²"));
+    }
+    print_collinear(fit, context);
+    outcome.doubts.iter().for_each(|doubt| context.print(doubt));
+    tracing::info!(
+        "{} in {:.1} s: {} iterations, {} evaluations of {} steps; {} residuals worth {:.0} independent ones",
+        fit.ended,
+        finished.wall_s,
+        fit.iterations,
+        fit.evaluations,
+        outcome.steps,
+        fit.n_residuals,
+        fit.n_effective,
+    );
+    if !fit.is_converged {
+        tracing::warn!("the search did not converge: {}", fit.ended);
+    }
+}
+
+/// Correlation from which on two parameters are said to be told apart badly.
+const CORRELATED: f64 = 0.9;
+
+/// Prints which parameters the recordings hardly tell apart.
+fn print_collinear(fit: &Fit, context: &Context) {
+    context.print(format_args!("condition number of the Jacobian, columns normalised: {:.1}", fit.condition));
+    let names = fit.estimates.iter().map(|estimate| &estimate.name);
+    for (k, (name, row)) in names.clone().zip(&fit.correlation).enumerate() {
+        for (other, value) in names.clone().zip(row).take(k).filter(|(_, value)| value.abs() > CORRELATED) {
+            context.print(format_args!("hardly distinguishable: {other} and {name}, correlation {value:.2}"));
+        }
+    }
+}

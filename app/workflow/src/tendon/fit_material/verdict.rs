@@ -1,0 +1,127 @@
+//! The assessment of a material fit: its verdict, and doubts about it.
+
+use hysteron_base::Scene;
+use hysteron_report::verdict::{Criterion, Verdict};
+use hysteron_twin::Motion;
+use hysteron_twin::fit::{Estimate, Identifiability, MaterialFit, ParameterScale, Selected};
+
+use crate::shared::recording_checks::Findings;
+use crate::shared::verdict::{Judged, Kind, parameters};
+
+/// A fit with what it was asked and given.
+pub(super) struct FinishedFit<'a> {
+    /// The scene as given.
+    pub scene: &'a Scene,
+    /// Motions that were compared.
+    pub motions: &'a [Motion],
+    /// Parameters that were fitted.
+    pub selected: &'a [Selected],
+    /// The outcome.
+    pub found: &'a MaterialFit,
+    /// Warnings of the checks of the recordings.
+    pub findings: &'a Findings,
+    /// Time it took [s].
+    pub wall_s: f64,
+    /// Recordings left out for their role.
+    pub n_other_role: usize,
+    /// Largest tension that each tendon can be pulled with [N].
+    pub tension_max: Vec<f64>,
+}
+
+/// Part of the largest tension allowed from which on a tendon is said to need too much.
+const STRAINED: f64 = 0.8;
+
+/// Quantities of friction, and what follows where nothing of them is known.
+const FRICTION: [&str; 5] = ["coefficient", "coulomb", "sheath_exponent", "sheath_coulomb", "backlash"];
+const FRICTION_ASSUMED: &str = "the twin's hysteresis is that of the scene, not of the robot; record slow motions that turn back, under more and less pull";
+
+impl FinishedFit<'_> {
+    /// Whether the fitted scene can stand in for the robot.
+    pub fn verdict(&self) -> Verdict {
+        let (found, fit) = (self.found, &self.found.fit);
+        let error = found.errors[1].distance;
+        let judged = |(selected, estimate)| {
+            let Selected { parameter, quantity, .. }: &Selected = selected;
+            let kind = if parameter.scale == ParameterScale::Logarithmic { Kind::Size } else { Kind::Place };
+            let consequence = consequence(quantity.name);
+            Judged::new(parameter.name.clone(), estimate, kind, consequence)
+        };
+        let judged: Vec<Judged> = self.selected.iter().zip(&fit.estimates).map(judged).collect();
+        let claim = format!("the fitted scene follows the measured tip within {:.2} mm (RMSE)", 1e3 * error);
+        let spread = found.measured_spread;
+        let strain = found.tensions.iter().zip(&self.tension_max).map(|(tension, most)| tension / most);
+        let strained =
+            strain.clone().filter(|share| *share > 1.0).count() as f64 / found.tensions.len().max(1) as f64;
+        let verdict = Verdict::on(claim).because(
+            Criterion::ErrorOverSpread,
+            error / spread,
+            format!(
+                "the error is {:.0} % of the {:.1} mm by which the tip moved about its mean",
+                100.0 * error / spread,
+                1e3 * spread
+            ),
+        );
+        parameters(verdict, &judged)
+            .because(
+                Criterion::ParametersOverResiduals,
+                judged.len() as f64 / fit.n_effective,
+                format!("{} parameters from {:.0} independent residuals", judged.len(), fit.n_effective),
+            )
+            .because(
+                Criterion::ConditionNumber,
+                fit.condition,
+                format!("the condition number of the parameters is {:.0}", fit.condition),
+            )
+            .because(
+                Criterion::NotConverged,
+                f64::from(u8::from(!fit.is_converged)),
+                match fit.is_converged {
+                    true => "the search ended at a minimum".to_owned(),
+                    false => format!("the search has {}", fit.ended),
+                },
+            )
+            .because(
+                Criterion::AtLimit,
+                strained,
+                format!("{:.0} % of the tendons would need more than they can pull", 100.0 * strained),
+            )
+            .verdict()
+    }
+
+    /// Warnings about the outcome, and other explanations of the remaining errors.
+    pub fn doubts(&self) -> Vec<String> {
+        let mut doubts = Vec::new();
+        let at_bound = |estimate: &&Estimate| estimate.standing == Identifiability::AtBound;
+        for estimate in self.found.fit.estimates.iter().filter(at_bound) {
+            doubts
+                .push(format!("{} ended at a bound: an assumption of the scene may be wrong", estimate.name));
+        }
+        for ((tendon, tension), most) in
+            self.scene.tendons.iter().zip(&self.found.tensions).zip(&self.tension_max)
+        {
+            if *tension > STRAINED * most {
+                let name = &tendon.name;
+                doubts.push(format!("{name} would need {tension:.1} N of the {most:.1} N that it can pull"));
+            }
+        }
+        for hint in &self.found.hints {
+            let [now, then] = hint.rms.map(|rms| 1e3 * rms);
+            let how = if hint.fit.is_empty() { String::new() } else { format!(" (--fit {})", hint.fit) };
+            let what = &hint.instead;
+            doubts.push(format!(
+                "another explanation of the errors: {what}, {now:.3} -> {then:.3} mm per coordinate{how}"
+            ));
+        }
+        doubts
+    }
+}
+
+/// Consequence for the user where the data do not determine a quantity.
+fn consequence(quantity: &str) -> Option<&'static str> {
+    match quantity {
+        "youngs_modulus" => Some(
+            "under strokes the tip hardly depends on it, but tensions and forces of the twin are as uncertain as it is",
+        ),
+        _ => FRICTION.contains(&quantity).then_some(FRICTION_ASSUMED),
+    }
+}

@@ -1,0 +1,48 @@
+//! Options of `fit-residual`.
+
+use std::path::PathBuf;
+
+use crate::shared::paper_design::{DesignName, PaperDesign};
+
+/// More networks than any mean gains from.
+pub const MAX_MEMBERS: usize = 32;
+
+/// Train the residual network on identified recordings (CoReAct)
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Folders written by hysteron identify, or recordings in them
+    #[cfg_attr(feature = "clap", arg(required = true, value_name = "DIR"))]
+    pub recordings: Vec<PathBuf>,
+    /// Checkpoint to write, .safetensors
+    #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
+    pub out: PathBuf,
+    /// Which network
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = DesignName::Recurrent))]
+    pub design: DesignName,
+    /// Recordings to stop by, by name [default: for each network, a sixth of every kind of motion and at least one
+    /// of each that has two, drawn by the seed; a kind is the family of the plan, or what the strokes tell]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,...", value_delimiter = ','))]
+    pub held_out: Vec<String>,
+    /// Epochs at most [default: 100; paper: 30]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_EPOCHS }>))]
+    pub epochs: Option<usize>,
+    /// Hidden units of a layer [default: 64; paper: 128]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_HIDDEN }>))]
+    pub hidden: Option<usize>,
+    /// Networks whose mean is taken, each stopped by other recordings; the paper's design has one
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 3, value_parser = crate::shared::number::count::<MAX_MEMBERS>))]
+    pub members: usize,
+    /// Let the network see the twin's tip of the sample before (eq. 11), not the strokes alone
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub feedback: bool,
+    /// Folder for report.html and metrics.json [default: OUT without its ending]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
+    pub figures: Option<PathBuf>,
+    /// Numbers of the published network.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub paper: PaperDesign,
+    /// Seed of weights, order and held-out recordings
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1))]
+    pub seed: u64,
+}

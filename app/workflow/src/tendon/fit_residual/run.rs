@@ -1,0 +1,231 @@
+//! The training of residual networks: identified recordings, networks, checkpoint, page.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use hysteron_base::checks::{CheckContext, Purpose};
+use hysteron_base::{BadInput, Recording, rng};
+use hysteron_control::split::{MotionKind, draw_validation};
+use hysteron_learn::{Epoch, TrainingProgress};
+use hysteron_report::folder::ReportFolder;
+use hysteron_twin::residual::{
+    FittedResidual, PUBLISHED, RecurrentOptions, Sequence, Sessions, fit_recurrent, fit_windowed,
+};
+
+use super::options::Options;
+use super::outcome::Outcome;
+use super::page;
+use crate::shared::inputs::{self, Input};
+use crate::shared::outputs::Outputs;
+use crate::shared::paper_design::DesignName;
+use crate::shared::paths;
+use crate::shared::recording_checks;
+use crate::shared::resume::Unfinished;
+use crate::{Context, WorkflowError};
+
+/// Carries out the verb.
+///
+/// # Errors
+/// Bad input; a training that fails or is interrupted before its first epoch is done; files that cannot be written.
+pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
+    Ok(train(options, context)?)
+}
+
+fn train(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
+    paths::check_checkpoint(&options.out)?;
+    let inputs = inputs::read(&options.recordings)?;
+    let scene_hash = common_scene(&inputs)?;
+    let outputs = Outputs::reading(inputs.iter().map(|input| &input.path));
+    let figures = paths::beside(&options.out, options.figures.as_deref());
+    let outputs = outputs.file("--out", &options.out).report("--figures", Some(&figures));
+    let _claim = outputs.check(context)?;
+    let findings = recording_checks::of_inputs(&inputs, &CheckContext::new(Purpose::Fit))?;
+    let usable: Vec<&Input> = inputs
+        .iter()
+        .filter(|input| matches!(inputs::role(input.recording.meta()), "" | "training"))
+        .collect();
+    let members = match options.design {
+        DesignName::Recurrent => options.members,
+        DesignName::Paper => 1,
+    };
+    let held_out =
+        (0..members).map(|member| held_out(options, &usable, member)).collect::<Result<Vec<_>, _>>()?;
+    let sequences = usable.iter().map(|input| sequence(input)).collect::<anyhow::Result<Vec<_>>>()?;
+    let samples = sequences.iter().map(Sequence::len).sum::<usize>();
+    tracing::info!("{} recordings, {samples} samples", sequences.len());
+    for held_out in &held_out {
+        let names: Vec<&str> = held_out.iter().map(|&k| usable[k].name.as_str()).collect();
+        context.print(format_args!("a network is validated on: {}", names.join(", ")));
+    }
+    context.listen();
+    // What a network with feedback has seen of itself is in no file.
+    let n_files = if options.feedback { 0 } else { members };
+    let files = (1..=n_files).map(|k| options.out.with_extension(format!("training-{k}"))).collect();
+    let unfinished = Unfinished::new(&options.out, files);
+    let display = Display::new(context);
+    let progress = |number: usize, report: &TrainingProgress| display.show(number, report);
+    let sessions = Sessions { files: unfinished.files.clone(), progress: &progress };
+    let fitted = fit(options, &sequences, &held_out, &scene_hash, &display, &sessions);
+    display.bar.finish();
+    let FittedResidual { mut model, reports, is_finished } = fitted?;
+    model.training.provenance = Some(context.provenance());
+    model.write(&options.out)?;
+    let outcome = Outcome::new(reports, model.training, &findings, context);
+    print(&outcome, context);
+    page::write(&ReportFolder { path: &figures, png: false }, &outcome)?;
+    context.reported(&figures);
+    unfinished.end(is_finished, context)?;
+    Ok(outcome)
+}
+
+/// Prints the errors in validation and the warnings.
+fn print(outcome: &Outcome, context: &Context) {
+    for (k, report) in outcome.networks.iter().enumerate() {
+        let of_method = report.methods.iter().zip(report.together());
+        let errors: Vec<String> = of_method.map(|(name, error)| format!("{name} {error:.3} mm")).collect();
+        context.print(format_args!("network {} in validation: {}", k + 1, errors.join(", ")));
+    }
+    outcome.warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
+}
+
+fn fit(
+    options: &Options,
+    sequences: &[Sequence],
+    held_out: &[Vec<usize>],
+    scene_hash: &str,
+    display: &Display,
+    sessions: &Sessions<'_>,
+) -> hysteron_twin::Result<FittedResidual> {
+    let Options { epochs, hidden, seed, .. } = *options;
+    match options.design {
+        DesignName::Recurrent => {
+            let default = RecurrentOptions::default();
+            let options = RecurrentOptions {
+                learning: default.learning.with([epochs, hidden]),
+                feedback: options.feedback,
+                seed,
+                ..default
+            };
+            display.bar.set_length((held_out.len() * options.learning.epochs) as u64);
+            fit_recurrent(sequences, held_out, scene_hash, &options, sessions)
+        }
+        DesignName::Paper => {
+            let options = options.paper.options(PUBLISHED, [epochs, hidden], seed);
+            display.bar.set_length(options.epochs as u64);
+            let is_held = |k: &usize| held_out[0].contains(k);
+            let (held, seen): (Vec<usize>, Vec<usize>) = (0..sequences.len()).partition(is_held);
+            let pick = |indices: Vec<usize>| -> Vec<Sequence> {
+                indices.into_iter().map(|k| sequences[k].clone()).collect()
+            };
+            fit_windowed(&pick(seen), &pick(held), scene_hash, &options, sessions)
+        }
+    }
+}
+
+/// A bar over the epochs of all networks.
+struct Display<'a> {
+    bar: Box<dyn crate::Progress>,
+    start: Instant,
+    context: &'a Context<'a>,
+}
+
+impl<'a> Display<'a> {
+    fn new(context: &'a Context<'a>) -> Self {
+        Self { bar: context.progress("epochs", 0, 0), start: Instant::now(), context }
+    }
+
+    /// False where the training is to end.
+    fn show(&self, member: usize, progress: &TrainingProgress) -> bool {
+        if let TrainingProgress::Epoch(Epoch { number, of, training, validation, best }) = progress {
+            self.bar.inc(1);
+            self.bar.set_message(format!("held out {best:.3} mm"));
+            tracing::debug!(
+                "network {}, epoch {number}/{of}: {training:.3} mm, validation {validation:.3} mm, best {best:.3} mm; {:.0} s",
+                member + 1,
+                self.start.elapsed().as_secs_f64(),
+            );
+        }
+        !self.context.is_cancelled()
+    }
+}
+
+/// The scene that all recordings were identified with.
+fn common_scene(inputs: &[Input]) -> Result<String, BadInput> {
+    let hash = |input: &Input| input.recording.meta().scene_hash.clone();
+    let first = hash(&inputs[0]);
+    match inputs.iter().find(|input| hash(input) != first) {
+        None if first.is_empty() => {
+            let place = format!("{}: scene_hash", inputs[0].path.display());
+            Err(BadInput::new(place, "a recording by hysteron identify", "nothing")
+                .hint("identify the recordings of the robot first"))
+        }
+        None => Ok(first),
+        Some(other) => Err(BadInput::new(
+            format!("{}: scene_hash", other.path.display()),
+            format!("{first}, as {}", inputs[0].path.display()),
+            hash(other),
+        )
+        .hint("identify all recordings with one scene")),
+    }
+}
+
+/// The recordings that a network stops by, as indices.
+fn held_out(options: &Options, usable: &[&Input], member: usize) -> Result<Vec<usize>, BadInput> {
+    let names: Vec<&str> = usable.iter().map(|input| input.name.as_str()).collect();
+    if names.len() < 2 {
+        let found = format!("{} for training", names.len());
+        return Err(BadInput::new("recordings", "at least two", found)
+            .hint("the network must stop by a trajectory that it does not learn from"));
+    }
+    if let Some(unknown) = options.held_out.iter().find(|name| !names.contains(&name.as_str())) {
+        return Err(BadInput::new("--held-out", format!("of {}", names.join(", ")), unknown.clone()));
+    }
+    if !options.held_out.is_empty() {
+        return Ok((0..names.len()).filter(|&k| options.held_out.contains(&usable[k].name)).collect());
+    }
+    let mut stream = rng(options.seed, &format!("residual/held-out/{member}"));
+    let kinds: Vec<String> = usable.iter().map(|input| kind(&input.recording)).collect();
+    Ok(draw_validation(&kinds, &mut stream))
+}
+
+/// Kind of the motion: the family of its plan, or where it has none what its strokes tell.
+fn kind(recording: &Recording) -> String {
+    if let Some(family) = recording.meta().extra.get("plan.family") {
+        return family.clone();
+    }
+    let strokes = recording.strokes();
+    let rows: Vec<f64> = (0..recording.n_samples()).flat_map(|i| strokes.iter().map(move |s| s[i])).collect();
+    MotionKind::of(&rows, strokes.len()).name().to_owned()
+}
+
+fn sequence(input: &Input) -> anyhow::Result<Sequence> {
+    let beside =
+        |path: &Path| -> Option<PathBuf> { Some(path.parent()?.join("sensitivity").join(path.file_name()?)) };
+    let path = beside(&input.path).unwrap_or_default();
+    if !path.exists() {
+        return Err(BadInput::new(
+            path.display().to_string(),
+            "what hysteron identify wrote beside the recording",
+            "nothing",
+        )
+        .hint("identify the recordings of the robot first")
+        .into());
+    }
+    let sensitivity = Recording::read(&path)?;
+    let origin = |recording: &Recording| {
+        let keys = ["identify.input_sha256", "identify.options"];
+        let extra = keys.map(|key| recording.meta().extra.get(key).cloned());
+        (recording.meta().scene_hash.clone(), extra)
+    };
+    if origin(&sensitivity) != origin(&input.recording) {
+        let expected = format!("what was identified together with {}", input.path.display());
+        return Err(BadInput::new(
+            path.display().to_string(),
+            expected,
+            "of another scene, recording or options",
+        )
+        .hint("run hysteron identify again")
+        .into());
+    }
+    Ok(Sequence::new(&input.path.display().to_string(), &input.recording, &sensitivity)?)
+}

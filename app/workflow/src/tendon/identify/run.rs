@@ -1,0 +1,219 @@
+//! The identification: recordings, the auxiliary strokes of each, files, page.
+
+use std::path::{Path, PathBuf};
+
+use hysteron_base::checks::Purpose;
+use hysteron_base::{BadInput, Metadata, Recording, Scene, json, parallel};
+use hysteron_report::folder::ReportFolder;
+use hysteron_twin::coreact::{AuxiliaryLimits, AuxiliaryPolicy, Identifier, IdentifyOptions, identify};
+use hysteron_twin::residual::{DECODER, ResidualDesign};
+use hysteron_twin::{Motion, Twin};
+
+use super::options::Options;
+use super::outcome::{IdentifiedRecording, Outcome};
+use super::page::{self, Policy};
+use crate::shared::error::Cancelled;
+use crate::shared::inputs::{self, Input};
+use crate::shared::network::Network;
+use crate::shared::outputs::Outputs;
+use crate::shared::{locking, recording_checks};
+use crate::{COMMIT, Context, WorkflowError};
+
+/// Folder for what a stroke does to the tip, in that of the results.
+const SENSITIVITY: &str = "sensitivity";
+
+/// A recording to identify and where its results go.
+struct Job {
+    input: Input,
+    motion: Motion,
+    meta: Metadata,
+    out: PathBuf,
+    sensitivity: PathBuf,
+}
+
+/// Carries out the verb.
+///
+/// # Errors
+/// Bad input; a step of the twin that fails; an interruption, after the recordings that are done are written.
+pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
+    Ok(identify_recordings(options, context)?)
+}
+
+fn identify_recordings(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
+    let settings = settings(options);
+    let scene = Scene::read(&options.scene)?;
+    let twin = Twin::from_scene(&scene)?;
+    let auxiliary = AuxiliaryLimits::new(&twin)?;
+    let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
+    let inputs = inputs::read(&options.recordings)?;
+    let findings = recording_checks::of_inputs(&inputs, &recording_checks::context_of(&twin, Purpose::Fit))?;
+    locking::warn_before_fit(&scene)?;
+    let (jobs, excluded) = jobs(options, &scene, &twin, (network.as_ref(), inputs), context)?;
+    let (there, missing): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(is_done);
+    let _claim = outputs(options, &scene, [&there, &missing]).check(context)?;
+    let n_jobs = there.len() + missing.len();
+    tracing::info!(
+        "{}: {n_jobs} recordings, {} samples, {} auxiliary tendons; {} recordings are there already",
+        scene.name,
+        n_samples(&there) + n_samples(&missing),
+        auxiliary.len(),
+        there.len(),
+    );
+    context.listen();
+    let policy = |motion: &Motion| -> anyhow::Result<Box<dyn AuxiliaryPolicy + '_>> {
+        Ok(match &network {
+            Some(network) => Box::new(network.rollout(&twin, motion.step)?),
+            None => Box::new(Identifier::new(&twin, &auxiliary, settings)),
+        })
+    };
+    let mut rows =
+        there.iter().map(|job| IdentifiedRecording::read(&job.out)).collect::<anyhow::Result<Vec<_>>>()?;
+    rows.extend(identify_all(&missing, &twin, &policy, context)?);
+    rows.sort_by(|a, b| a.name.cmp(&b.name));
+    let n_done = rows.len();
+    let outcome = Outcome::new(rows, excluded, &findings, (&scene.hash, context));
+    print(&outcome.recordings, context);
+    let title = format!("AuxiliaryLimits strokes of {}", scene.name);
+    let policy = if network.is_some() { Policy::ByNetwork } else { Policy::ByQps };
+    page::write(&ReportFolder { path: &options.out, png: false }, &title, policy, &outcome)?;
+    context.reported(&options.out);
+    if context.is_cancelled() {
+        return Err(Cancelled::new(format!(
+            "; {n_done} of {n_jobs} recordings are done; run it again to go on"
+        ))
+        .into());
+    }
+    Ok(outcome)
+}
+
+/// Input files, and the output files that do not exist yet.
+fn outputs(options: &Options, scene: &Scene, [there, missing]: [&[Job]; 2]) -> Outputs {
+    let outputs = Outputs::reading(there.iter().chain(missing).map(|job| &job.input.path))
+        .scene(&options.scene, scene)
+        .and(&options.residual)
+        .folder("--out", options.out.join(SENSITIVITY));
+    let results = missing.iter().flat_map(|job| [&job.out, &job.sensitivity]);
+    let outputs = results.fold(outputs, |outputs, path| outputs.file("--out", path));
+    outputs.report_of_results("--out", &options.out)
+}
+
+fn n_samples(jobs: &[Job]) -> usize {
+    jobs.iter().map(|job| job.motion.len()).sum()
+}
+
+/// Identifies recordings in parallel; gives those that were brought to their end.
+fn identify_all<'a>(
+    jobs: &[Job],
+    twin: &Twin,
+    policy: &(dyn Fn(&Motion) -> anyhow::Result<Box<dyn AuxiliaryPolicy + 'a>> + Sync),
+    context: &Context,
+) -> anyhow::Result<Vec<IdentifiedRecording>> {
+    let bar = context.progress("samples", n_samples(jobs), 0);
+    let rows = parallel::try_map(jobs, |job| -> anyhow::Result<Option<IdentifiedRecording>> {
+        let mut go_on = || {
+            bar.inc(1);
+            !context.is_cancelled()
+        };
+        let start = std::time::Instant::now();
+        let result = identify(twin, &mut *policy(&job.motion)?, &job.motion, job.meta.clone(), &mut go_on);
+        let done = result
+            .map_err(|error| anyhow::Error::new(error).context(job.input.path.display().to_string()))?;
+        let Some(done) = done else { return Ok(None) };
+        tracing::debug!(
+            "{}: {:.0} steps/s",
+            job.input.name,
+            job.motion.len() as f64 / start.elapsed().as_secs_f64()
+        );
+        done.sensitivities.write(&job.sensitivity)?;
+        done.recording.write(&job.out)?;
+        Ok(Some(IdentifiedRecording { name: job.input.name.clone(), summary: done.summary }))
+    })?;
+    bar.finish();
+    Ok(rows.into_iter().flatten().collect())
+}
+
+/// Jobs to run, and the reasons why other recordings are left out.
+fn jobs(
+    options: &Options,
+    scene: &Scene,
+    twin: &Twin,
+    (network, inputs): (Option<&Network>, Vec<Input>),
+    context: &Context,
+) -> anyhow::Result<(Vec<Job>, Vec<String>)> {
+    let mut excluded = Vec::new();
+    let mut jobs = Vec::new();
+    for input in inputs {
+        match Motion::for_identification(twin, &input.recording, &input.path.display().to_string()) {
+            Ok(motion) => jobs.push(job(options, scene, network, input, motion, context)?),
+            Err(bad) if options.skip_bad => {
+                tracing::warn!("left out: {bad}");
+                excluded.push(bad.to_string());
+            }
+            Err(bad) => return Err(bad.into()),
+        }
+    }
+    if jobs.is_empty() {
+        return Err(BadInput::new("recordings", "at least one that can be used", "none").into());
+    }
+    Ok((jobs, excluded))
+}
+
+fn settings(options: &Options) -> IdentifyOptions {
+    IdentifyOptions {
+        regularisation: options.regularisation,
+        orientation: options.orientation_mm.map(|mm| 1e-3 * mm),
+        rounds: options.rounds,
+        ..IdentifyOptions::default()
+    }
+}
+
+fn job(
+    options: &Options,
+    scene: &Scene,
+    network: Option<&Network>,
+    input: Input,
+    motion: Motion,
+    context: &Context,
+) -> anyhow::Result<Job> {
+    let mut meta = input.recording.meta().clone();
+    meta.source = format!("virtual strokes of {} for {}", scene.name, meta.source);
+    meta.scene_hash = scene.hash.clone();
+    meta.commit = COMMIT.to_owned();
+    meta.command = context.command.clone();
+    meta.extra.insert("identify.input_sha256".to_owned(), input.hash.clone());
+    let numbers = (options.regularisation, options.orientation_mm, options.rounds);
+    let numbers =
+        network.map_or_else(|| format!("{numbers:?}"), |network| format!("residual {}", network.hash));
+    meta.extra.insert("identify.options".to_owned(), numbers);
+    if let Some(ResidualDesign::Recurrent { decoder, .. }) = network.map(|network| &network.model().design) {
+        meta.extra.insert(DECODER.to_owned(), json::to_line(decoder)?);
+    }
+    let file = format!("{}.parquet", input.name);
+    let (out, sensitivity) = (options.out.join(&file), options.out.join(SENSITIVITY).join(&file));
+    Ok(Job { input, motion, meta, out, sensitivity })
+}
+
+/// True where both results are there, from the same recording, scene and options.
+fn is_done(job: &Job) -> bool {
+    let is_same = |path: &Path| {
+        Recording::read(path).is_ok_and(|found| {
+            let keys = ["identify.input_sha256", "identify.options"];
+            found.meta().scene_hash == job.meta.scene_hash
+                && keys.iter().all(|key| found.meta().extra.get(*key) == job.meta.extra.get(*key))
+        })
+    };
+    is_same(&job.out) && is_same(&job.sensitivity)
+}
+
+/// Prints one line per recording.
+fn print(rows: &[IdentifiedRecording], context: &Context) {
+    for IdentifiedRecording { name, summary } in rows {
+        let mm = |metres: f64| 1e3 * metres;
+        context.print(format_args!(
+            "{name}: tip off by {:.3} mm in the median without, {:.3} mm with (99 %: {:.3} mm)",
+            mm(summary.before.median_m),
+            mm(summary.after.median_m),
+            mm(summary.after.p99_m),
+        ));
+    }
+}

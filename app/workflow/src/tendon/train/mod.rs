@@ -1,0 +1,10 @@
+//! `hysteron train`: the inverse controller, from recordings of a rig and of a twin.
+
+mod options;
+mod outcome;
+mod page;
+mod run;
+
+pub use options::{Options, Weights};
+pub use outcome::Outcome;
+pub use run::run;

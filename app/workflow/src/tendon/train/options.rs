@@ -1,0 +1,78 @@
+//! Options of `train`.
+
+use std::path::PathBuf;
+
+use hysteron_base::BadInput;
+
+use crate::shared::paper_design::{DesignName, PaperDesign};
+use crate::shared::paths;
+
+/// Train the inverse controller on recordings (EDIC)
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    /// Recordings, or folders of them
+    #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
+    pub recordings: Vec<PathBuf>,
+    /// Checkpoint to write, .safetensors
+    #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
+    pub out: PathBuf,
+    /// Which network
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = DesignName::Recurrent))]
+    pub design: DesignName,
+    /// Where the tip shall be in x, y and z, for a robot of several segments; else in x and y
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub spatial: bool,
+    /// A recording to validate on and stop by, by name; may be given several times [default: a sixth of every kind
+    /// of motion and at least one of each that has two, drawn by the seed; a kind is the family of the plan, or what
+    /// the strokes tell]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", value_delimiter = ','))]
+    pub held_out: Vec<String>,
+    /// Epochs at most [default: 30]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_EPOCHS }>))]
+    pub epochs: Option<usize>,
+    /// Hidden units of a layer [default: 128; paper: 512]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_HIDDEN }>))]
+    pub hidden: Option<usize>,
+    /// Pull that all tendons have in common at least, so that none goes slack; recurrent only
+    #[cfg_attr(feature = "clap", arg(long, alias = "least-pull-mm", value_name = "MM", value_parser = crate::shared::number::distance_mm))]
+    pub co_contraction_min_mm: Option<f64>,
+    /// What the weights are kept as where the controller commands: int16 is faster where they do not fit a core's
+    /// own cache (from a megabyte on); what it changes of the strokes is measured and reported; recurrent only
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = Weights::Float32))]
+    pub weights: Weights,
+    /// Folder for report.html and metrics.json [default: OUT without its ending]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
+    pub figures: Option<PathBuf>,
+    /// Numbers of the published network.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub paper: PaperDesign,
+    /// Seed of weights, order, noise and held-out recordings
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1))]
+    pub seed: u64,
+}
+
+/// What the weights are kept as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Weights {
+    /// As they were trained
+    Float32,
+    /// Whole numbers in 16 bits, an 8191th of the largest of their row; inputs of products too
+    Int16,
+}
+
+impl Options {
+    /// # Errors
+    /// `BadInput` for options that the published design does not have.
+    pub(super) fn check(&self) -> Result<(), BadInput> {
+        paths::check_checkpoint(&self.out)?;
+        if self.design == DesignName::Paper && self.co_contraction_min_mm.is_some() {
+            return Err(BadInput::new("--co-contraction-min-mm", "the recurrent design", "the paper's"));
+        }
+        if self.design == DesignName::Paper && self.weights != Weights::Float32 {
+            return Err(BadInput::new("--weights", "the recurrent design", "the paper's"));
+        }
+        Ok(())
+    }
+}
