@@ -41,7 +41,7 @@ pub trait Scalar:
 
     /// Runs `kernel` as a function of its own, compiled for the registers of this number: once, whoever calls it.
     ///
-    /// What is inlined into its callers alone is compiled again for each of them.
+    /// Code that is only inlined is compiled again for each of its callers.
     #[inline(always)]
     fn apart<R>(self, kernel: impl FnOnce() -> R) -> R {
         outlined(kernel)

@@ -74,7 +74,7 @@ pub struct Program {
     json: bool,
 }
 
-/// What to do.
+/// Verbs of the program.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
     #[command(after_help = include_str!("help/simulate.txt"))]

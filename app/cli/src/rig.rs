@@ -13,7 +13,7 @@ pub struct Arguments {
     verb: Verb,
 }
 
-/// What to do with the rig.
+/// Verbs of the rig.
 #[derive(Debug, clap::Subcommand)]
 enum Verb {
     #[command(after_help = include_str!("help/rig-check.txt"))]

@@ -1,6 +1,6 @@
 //! Everything a person reads in the terminal: results on stdout; log, progress and errors on stderr.
 //!
-//! What a verb comes to is one value: with `--json` it is all that stands on stdout, without it the verb's own lines
+//! The outcome of a verb is one value: with `--json` it is all that stands on stdout, without it the verb's own lines
 //! do.
 
 use std::io::{self, IsTerminal, Write};

@@ -1,6 +1,6 @@
 //! Rows of a batch side by side in registers, and products of them with the factor of a mass matrix.
 //!
-//! What a network gives stands row by row; a factor of seven joints has 28 numbers that are not always zero, which fill no register evenly.
+//! Outputs of a network stand row by row; a factor of seven joints has 28 numbers that are not always zero, which fill no register evenly.
 //! [`SIDE`] rows go through registers together instead: every array is [group of rows][element], each element one number of each of
 //! those rows. What stands in the places of rows that the last group lacks is nobody's.
 

@@ -1,6 +1,6 @@
 //! A robot as a file again: URDF, MJCF, the joints of an MJCF, and a table of parameters.
 //!
-//! What was merged on reading stays merged: a body is one link with one inertia, and the links that were fixed to it are frames
+//! Links that were merged on reading stay merged: a body is one link with one inertia, and the links that were fixed to it are frames
 //! without mass. Numbers are written with as many digits as give the same double back.
 
 use std::fmt::Write;

@@ -15,7 +15,7 @@ use crate::{Integrator, JointKind, Model, RolloutInputs, Rollouts, Stops};
 
 /// Step, damping and limits of the simulation in training.
 ///
-/// What stands in for armature and damping of the gears takes its part of the torque: torques so learned are those of this
+/// The substitutes for armature and damping of the gears take their part of the torque: torques so learned are those of this
 /// simulation, and no physical ones.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

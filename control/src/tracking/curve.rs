@@ -1,6 +1,6 @@
 //! Distances between curves in the plane: lines through points, in the order of the points.
 //!
-//! What is nearest is looked for on the lines between the points, so that no distance depends on how densely a curve
+//! The nearest point is looked for on the lines between the points, so that no distance depends on how densely a curve
 //! was sampled; only the discrete Fréchet distance pairs the points themselves, by its definition.
 
 /// A point in the plane [m].

@@ -17,7 +17,7 @@ pub const FAULTS_LOG: &str = "faults.jsonl";
 /// Name of the log of torques, in the folder of logs.
 pub const TORQUE_LOG: &str = "torque.jsonl";
 
-/// What has passed over the bus so far.
+/// Counts of the traffic on the bus so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Counts {
     /// Instructions with a right checksum.

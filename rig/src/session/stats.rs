@@ -168,7 +168,7 @@ pub struct StatsSummary {
     /// Part of one core that the process used, in real time [%].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub processor_percent: Option<f64>,
-    /// What the bus went through.
+    /// Counts of the traffic and faults of the bus.
     pub bus: BusCounts,
 }
 

@@ -19,7 +19,7 @@ const JITTER_MAX: f64 = 0.5;
 /// Poses below which nothing can be said of noise and rate.
 const POSES_MIN: usize = 5;
 
-/// What a tracker shows of a tip at rest.
+/// Survey of a tracker with the tip at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrackerSurvey {
     /// Poses, and how many of them are not to be trusted.
@@ -38,7 +38,7 @@ pub struct TrackerSurvey {
     pub jitter_ms: f64,
     /// Longest interval between stamps [ms].
     pub longest_gap_ms: f64,
-    /// What cannot be right, each with what to do.
+    /// Warnings, each with what to do.
     pub doubts: Vec<String>,
 }
 

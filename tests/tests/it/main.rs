@@ -21,6 +21,7 @@ mod limits;
 mod mesh;
 mod messages;
 mod nad_input;
+mod names;
 mod numbers;
 mod output_options;
 mod outputs;

@@ -54,7 +54,7 @@ enum Verb {
     /// Moved to `hysteron import`
     #[command(hide = true)]
     Import {
-        /// What is given to `hysteron import`
+        /// Arguments of `hysteron import`
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },

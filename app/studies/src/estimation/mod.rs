@@ -1,6 +1,6 @@
 //! Studies of estimated external torques: the wrist of Saadatzi et al. (2019) and the SCARA of Wan et al. (2026), simulated.
 //!
-//! What is simulated (`plant`) shares neither code nor parameters with what estimates: the estimators identify themselves from what
+//! The simulated arm (`plant`) shares neither code nor parameters with the estimators: these identify themselves from what
 //! encoders and drives say.
 
 pub mod collisions;

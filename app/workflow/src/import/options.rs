@@ -14,7 +14,7 @@ pub struct Options {
     /// Where the recording goes, .csv or .parquet; with episodes OUT-001, OUT-002, ...
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC", required_unless_present = "propose"))]
     pub out: Option<PathBuf>,
-    /// What the columns are: a file of TOML, a built-in name, or "tip_x_mm=X; stroke_*_mm=cmd*" [default: by the names of the
+    /// Meaning of the columns: a file of TOML, a built-in name, or "tip_x_mm=X; stroke_*_mm=cmd*" [default: by the names of the
     /// columns]
     #[cfg_attr(feature = "clap", arg(long, value_name = "MAP", alias = "columns"))]
     pub map: Option<String>,

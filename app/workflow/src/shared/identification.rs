@@ -1,4 +1,4 @@
-//! What every identification of joints and servos has: where its results go, and the numbers that were found.
+//! Common parts of all identifications of joints and servos: the folder of the results, and the parameters found.
 
 use std::path::PathBuf;
 

@@ -17,7 +17,7 @@ const TO_TEN_NODES: &str = "`hysteron mesh --quadratic`; or `printf 'Merge \"par
 /// Motion below which no share is formed [m].
 const TINY: f64 = 1e-9;
 
-/// What linear tetrahedra lose on a robot.
+/// Error by the locking of linear tetrahedra on a robot.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LockingEstimate {
@@ -35,7 +35,7 @@ pub enum LockingEstimate {
 /// The same command for linear and ten-node tetrahedra.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct Comparison {
-    /// What moves the tip.
+    /// Command that moves the tip.
     pub command: String,
     /// Distance of the tip from rest with this mesh [m].
     pub tip_m: f64,
@@ -196,7 +196,7 @@ fn digits(value: f64) -> String {
     format!("{value:.*}", decimals as usize)
 }
 
-/// What a run that moved the tip `reached` \[m\] at most would have reached with ten-node tetrahedra.
+/// Reach of a run that moved the tip `reached` \[m\] at most, as ten-node tetrahedra would give it.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct RunLocking {
     /// Farthest that the tip was from rest [m].

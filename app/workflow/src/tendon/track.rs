@@ -41,7 +41,7 @@ pub struct Options {
     /// Seed of a virtual rig's noise; every repeat has the next one
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1))]
     pub seed: u64,
-    /// What the servos were like when they were good, to compare with: metrics.json of an earlier record or track, or the output of
+    /// State of the healthy servos as a baseline: metrics.json of an earlier record or track, or the output of
     /// hysteron identify-servo
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub baseline: Option<PathBuf>,

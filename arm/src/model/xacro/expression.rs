@@ -1,6 +1,6 @@
 //! Expressions of xacro, which are Python's: numbers, words, lists, comparisons, the functions of `math`.
 //!
-//! What is not here is refused by its name; nothing is guessed.
+//! Anything else is refused by its name; nothing is guessed.
 
 use std::rc::Rc;
 
@@ -24,7 +24,7 @@ pub(super) trait Names {
 /// The value of an expression.
 ///
 /// # Errors
-/// What is not understood, in words that follow "got".
+/// The text that is not understood, in words that follow "got".
 pub(super) fn evaluate(text: &str, names: &mut dyn Names) -> Evaluated<Value> {
     let mut parser = Parser { tokens: tokens(text)?, at: 0, depth: 0, names, is_skipping: 0 };
     let value = parser.conditional()?;

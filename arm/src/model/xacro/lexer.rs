@@ -23,7 +23,7 @@ const SYMBOLS: [&str; 23] = [
 /// The parts of `text`, the last of which is its end.
 ///
 /// # Errors
-/// What is no part of an expression, in words that follow "got".
+/// The text that is no part of an expression, in words that follow "got".
 pub(super) fn tokens(text: &str) -> Evaluated<Vec<Token>> {
     let mut found = Vec::new();
     let mut rest = text.trim_start();

@@ -45,17 +45,17 @@ pub trait JournalFile: Debug + Send + Sync {
     /// Appends all bytes.
     ///
     /// # Errors
-    /// What the file system says; a part may then be in the file.
+    /// Errors of the file system; a part may then be in the file.
     fn append_all(&self, bytes: &[u8]) -> io::Result<()>;
     /// Cuts the file to this many bytes.
     ///
     /// # Errors
-    /// What the file system says.
+    /// Errors of the file system.
     fn cut(&self, length: u64) -> io::Result<()>;
     /// Waits until all that was appended is on the disk.
     ///
     /// # Errors
-    /// What the file system says.
+    /// Errors of the file system.
     fn sync(&self) -> io::Result<()>;
 }
 
@@ -156,7 +156,7 @@ impl JournalWriter {
     /// Waits until all that was appended is on the disk; call it every second or so.
     ///
     /// # Errors
-    /// What the file system says.
+    /// Errors of the file system.
     pub fn sync(&self) -> io::Result<()> {
         self.output.sync()
     }

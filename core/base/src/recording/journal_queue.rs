@@ -120,7 +120,7 @@ impl JournalQueue {
     /// Waits until everything is on the disk.
     ///
     /// # Errors
-    /// What the file system says; what it did not take is tried again by the next call.
+    /// Errors of the file system; bytes that it did not take are tried again by the next call.
     pub fn flush(&mut self) -> io::Result<()> {
         let mut state = self.shared.state();
         // What was said before may hold no more.

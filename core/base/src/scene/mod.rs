@@ -1,6 +1,6 @@
 //! Scenes: the robot, its material, tendons and loads, as one valid value in SI.
 //!
-//! What a person typed (`typed.rs`) and what is valid (here) are two types with one conversion between
+//! The file as typed (`schema.rs`) and the valid scene (here) are two types with one conversion between
 //! (`convert.rs`), so that nothing downstream checks a bound or converts a unit again. Physics has no defaults.
 //! A scene may also be put together in code: the fields are public, and their comments state what holds.
 

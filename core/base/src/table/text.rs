@@ -1,6 +1,6 @@
 //! CSV of any program: any character or spaces between cells, decimal points or commas, with a header or without.
 //!
-//! What separates is found by trying: of all separators and decimal signs the one by which most cells of the first lines are
+//! The separator is found by trying: of all separators and decimal signs the one by which most cells of the first lines are
 //! numbers and most lines are as long as each other. A header may have lines of text before it and a row of units after it.
 
 use super::cells::{Decimal, TextColumn, number, shortened};

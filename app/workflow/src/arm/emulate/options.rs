@@ -18,7 +18,7 @@ pub struct Options {
     /// Draws the individual arm, the hand's motion and all noise
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0))]
     pub seed: u64,
-    /// What the hand does, and what stands in its way: a trajectory of `hysteron arm generate`
+    /// Motion of the hand and the obstacles in its way: a trajectory of `hysteron arm generate`
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "NAME", default_value = "force_unlabeled/backward_forward/test/001")

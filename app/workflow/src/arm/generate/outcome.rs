@@ -19,7 +19,7 @@ pub struct Outcome {
     pub format: MetricsFormat,
     /// Its version.
     pub version: u32,
-    /// What the data set is, and what it is not.
+    /// Description of the data set, with its limits.
     pub about: String,
     /// Name of the virtual arm.
     pub arm: String,

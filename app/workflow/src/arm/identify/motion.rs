@@ -22,7 +22,7 @@ pub(super) const TERMS: [JointTerm; 5] =
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct MotionOptions {
-    /// What is faster counts as noise
+    /// Highest frequency of the motion; above it, signals count as noise
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "HZ", default_value_t = 8.0, allow_negative_numbers = true)

@@ -15,7 +15,7 @@ pub struct Options {
     /// End after that many seconds [default: at Ctrl-C]
     #[cfg_attr(feature = "clap", arg(long, value_name = "SECONDS", allow_negative_numbers = true))]
     pub seconds: Option<f64>,
-    /// What the follower carries; the recording says so
+    /// Payload of the follower; the recording names it
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "G", default_value_t = 0.0, allow_negative_numbers = true)

@@ -36,7 +36,7 @@ pub struct Options {
     /// Estimates contacts and tensions while it records.
     #[cfg_attr(feature = "clap", command(flatten))]
     pub live: Option<LiveOptions>,
-    /// What the servos were like when they were good, to compare with: metrics.json of an earlier record or track, or the output of
+    /// State of the healthy servos as a baseline: metrics.json of an earlier record or track, or the output of
     /// hysteron identify-servo
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub baseline: Option<PathBuf>,

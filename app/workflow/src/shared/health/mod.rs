@@ -136,7 +136,7 @@ impl Numbers {
 pub struct Health {
     /// Middle of every window, in time of recording, one recording after the other [s].
     pub time_s: Vec<f64>,
-    /// What it is compared with.
+    /// Baseline of the comparison.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baseline: Option<String>,
     /// Servo by servo.

@@ -48,7 +48,7 @@ pub struct RunSummary {
     /// How close the tip came to the measured one, if the strokes came with one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub against_measured: Option<PathScore>,
-    /// What linear tetrahedra lose, where they can be compared with ten-node ones.
+    /// Error by the locking of linear tetrahedra, where they can be compared with ten-node ones.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub locking: Option<RunLocking>,
     /// How the goals were met, if there were any.

@@ -24,7 +24,7 @@ use crate::shared::outputs::Outputs;
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// What is studied
+    /// Subject of the study
     #[cfg_attr(feature = "clap", arg(value_enum))]
     pub set: SetName,
     /// Folder of public recordings, with baxter/, kuka-lwr4/, panda-gaz/ and delan-characters/; for force and neural that of NAD
@@ -62,7 +62,7 @@ pub struct Options {
     /// Epochs of Adam at most [default: 300; simulated: 3]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_EPOCHS }>))]
     pub epochs: Option<usize>,
-    /// What goes on after Adam, in double precision [default: lbfgs; simulated: levenberg-marquardt]
+    /// Optimiser after Adam, in double precision [default: lbfgs; simulated: levenberg-marquardt]
     #[cfg_attr(feature = "clap", arg(long, value_enum))]
     pub polish_by: Option<PolishName>,
     /// Steps of it at most; 0 for none [default: 300; simulated: 150]
@@ -91,7 +91,7 @@ pub struct Options {
     pub features: usize,
 }
 
-/// What is studied.
+/// Subject of the study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum SetName {
@@ -138,7 +138,7 @@ pub enum ActivationName {
     Softplus,
 }
 
-/// What finds the last digits of a training.
+/// Optimiser of the last digits of a training.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum PolishName {

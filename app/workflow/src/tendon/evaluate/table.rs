@@ -107,14 +107,14 @@ pub fn headings() -> Vec<&'static str> {
     ["Recording"].into_iter().chain(METRICS.iter().map(|metric| metric.heading)).collect()
 }
 
-/// What the strokes of a tracked path say of themselves.
+/// Metadata of the strokes of a tracked path.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Commanded {
     /// Part of the samples in which a network was outside what it had seen in training [-].
     pub extrapolating: f64,
     /// Part of the samples in which a limit reduced a stroke [-].
     pub limited: f64,
-    /// What the recordings tell of the servos, in a section of its own.
+    /// Health of the servos from the recordings, in a section of its own.
     #[serde(skip)]
     pub health: Option<Health>,
 }

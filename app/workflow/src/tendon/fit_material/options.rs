@@ -28,7 +28,7 @@ pub struct Options {
     /// Write each figure as .png too
     #[cfg_attr(feature = "clap", arg(long, requires = "figures"))]
     pub png: bool,
-    /// What to fit, by name
+    /// Parameters to fit, by name
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,...", value_delimiter = ',', default_values_t = default_names()))]
     pub fit: Vec<String>,
     /// File with what to fit and its bounds, in place of --fit

@@ -17,7 +17,7 @@ pub struct Options {
     /// Residual network of the twin
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub residual: Option<PathBuf>,
-    /// What `hysteron identify-servo` found where tensions were known: the scale of the loads is its mean over the servos
+    /// Result of `hysteron identify-servo` where tensions were known: the scale of the loads is its mean over the servos
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", conflicts_with = "stall_torque"))]
     pub servos: Option<PathBuf>,
     /// Torque of a servo at full load [default: an XL430-W250's]

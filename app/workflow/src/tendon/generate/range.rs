@@ -11,7 +11,7 @@ use crate::shared::network::Network;
 /// Strokes and rates of every tendon, and where they are from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CalibratedRange {
-    /// What carried them.
+    /// Robot that carried them out.
     pub source: String,
     /// Smallest and largest stroke of each tendon [m].
     pub strokes_m: Vec<[f64; 2]>,

@@ -22,7 +22,7 @@ const MIN_GAIN: f64 = 0.05;
 /// As `hysteron reach`: enough to choose among strokes that reach a goal alike, too little to hold the tip back.
 const REGULARISATION: f64 = 1e-6;
 
-/// What a robot's twin made of a target.
+/// Reachability of a target by a robot's twin.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct Reach {
     /// Name of the robot.

@@ -37,7 +37,7 @@ pub struct Options {
     /// Pull that all tendons have in common at least, so that none goes slack; recurrent only
     #[cfg_attr(feature = "clap", arg(long, alias = "least-pull-mm", value_name = "MM", value_parser = crate::shared::number::distance_mm))]
     pub co_contraction_min_mm: Option<f64>,
-    /// What the weights are kept as where the controller commands: int16 is faster where they do not fit a core's
+    /// Number type of the weights where the controller commands: int16 is faster where they do not fit a core's
     /// own cache (from a megabyte on); what it changes of the strokes is measured and reported; recurrent only
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = Weights::Float32))]
     pub weights: Weights,
@@ -52,7 +52,7 @@ pub struct Options {
     pub seed: u64,
 }
 
-/// What the weights are kept as.
+/// Number type of the weights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Weights {

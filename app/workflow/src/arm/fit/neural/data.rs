@@ -1,4 +1,4 @@
-//! What an actuator learns from: the features of the recordings, and their labels in words.
+//! Training data of an actuator: the features of the recordings, and their labels in words.
 
 use hysteron_arm::Recorded;
 use hysteron_arm::neural::{Features, Trajectory, gripper_of};

@@ -44,7 +44,7 @@ pub struct Options {
     /// Layers of the network
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 4, value_parser = crate::shared::number::count::<16>))]
     pub layers: usize,
-    /// What moves the simulated motors beside the network: none (as published), servo (stiffness, friction and damping
+    /// Model that moves the simulated motors next to the network: none (as published), servo (stiffness, friction and damping
     /// identified by rollout, to whose torque the network's is added), or drive (that of --drive, likewise)
     #[cfg_attr(feature = "clap", arg(long, value_name = "PRIOR", default_value = "none", value_parser = prior))]
     pub prior: Prior,

@@ -6,7 +6,7 @@ use crate::arm::RobotOptions;
 use crate::arm::identify::MotionOptions;
 use crate::shared::identification::Results;
 
-/// What an arm carries
+/// Payload of an arm
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
