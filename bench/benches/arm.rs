@@ -6,9 +6,9 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use hysteron_arm::kernels::{ForwardDerivatives, ForwardDynamics, InverseDynamics, MassMatrix};
-use hysteron_arm::lagrangian::{InputForm, LearnedDynamics, NetworkShape, Scales, Variant};
-use hysteron_arm::*;
+use hysteron_arm_dynamics::kernels::{ForwardDerivatives, ForwardDynamics, InverseDynamics, MassMatrix};
+use hysteron_arm_dynamics::*;
+use hysteron_arm_learning::lagrangian::{InputForm, LearnedDynamics, NetworkShape, Scales, Variant};
 use hysteron_learn::Activation;
 use rand::RngExt;
 

@@ -13,8 +13,8 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use dynamixel2::Bus;
 use hysteron_rig::bus::ServoBus;
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::emulator::{Emulator, Options};
-use hysteron_rig::virtual_rig::{VirtualRobot, World, rig_file};
+use hysteron_virtual_rig::emulator::{Emulator, Options};
+use hysteron_virtual_rig::virtual_rig::{VirtualRobot, World, rig_file};
 
 const BAUD: u32 = 1_000_000;
 const SERVOS: [u8; 4] = [1, 2, 3, 4];

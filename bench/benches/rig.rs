@@ -6,7 +6,7 @@
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use hysteron_base::Metadata;
 use hysteron_bench::rig::Circling;
-use hysteron_rig::virtual_arm::{VirtualArm, data_set};
+use hysteron_virtual_rig::virtual_arm::{VirtualArm, data_set};
 
 fn world(criterion: &mut Criterion) {
     let mut circling = Circling::new().unwrap();

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Result, ensure};
-use hysteron_arm::Model;
+use hysteron_arm_dynamics::Model;
 use hysteron_base::{Channel, Metadata, Recording, file, json};
 use hysteron_fem::read_mesh;
 

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::time::Instant;
 
 use anyhow::{Result, ensure};
-use hysteron_rig::virtual_rig::{VirtualRobot, World};
+use hysteron_virtual_rig::virtual_rig::{VirtualRobot, World};
 
 use crate::table::{Goal, Row};
 

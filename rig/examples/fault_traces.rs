@@ -5,7 +5,7 @@
 #![allow(clippy::print_stdout)] // a program that prints
 
 use hysteron_base::{Metadata, Recording};
-use hysteron_rig::virtual_arm::{Degraded, Planned, VirtualArm, fault_set};
+use hysteron_virtual_rig::virtual_arm::{Degraded, Planned, VirtualArm, fault_set};
 
 /// The degraded joint, as channels count it.
 const JOINT: usize = 3;

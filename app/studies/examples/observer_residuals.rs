@@ -9,11 +9,12 @@
 use std::error::Error;
 use std::path::Path;
 
-use hysteron_arm::datasets::kuka_arm;
-use hysteron_arm::detection::FreeMotion;
-use hysteron_arm::identify::{BodyOptions, JointMotion, identify_bodies};
-use hysteron_arm::observer::{FrictionModel, MomentumObserver, RigidBody, estimate};
-use hysteron_arm::{ColumnMap, ImportOptions, Model, Quantity, Recorded, import};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_estimation::detection::FreeMotion;
+use hysteron_arm_estimation::identify::{BodyOptions, JointMotion, identify_bodies};
+use hysteron_arm_estimation::observer::{FrictionModel, MomentumObserver, RigidBody, estimate};
+use hysteron_arm_estimation::{ColumnMap, ImportOptions, Quantity, Recorded, import};
+use hysteron_arm_learning::datasets::kuka_arm;
 use hysteron_base::{Metadata, Recording, json};
 use hysteron_fuzz::data_folder;
 use hysteron_studies::estimation::{KnownArm, TERMS};
@@ -76,7 +77,7 @@ impl Measured {
 
     fn smoothed(&self, cutoff: f64) -> Fallible<JointMotion> {
         let [q, dq, tau] = &self.columns;
-        let smoothing = hysteron_arm::identify::Smoothing { rate: self.rate, order: 4, cutoff };
+        let smoothing = hysteron_arm_estimation::identify::Smoothing { rate: self.rate, order: 4, cutoff };
         Ok(JointMotion::smoothed([q, dq, tau], smoothing)?)
     }
 

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use hysteron_arm::lagrangian::Variant;
+use hysteron_arm_learning::lagrangian::Variant;
 
 /// A row of a published table.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -9,13 +9,13 @@ use hysteron_learn::{Activation, Result, TrainingSession};
 use serde::{Deserialize, Serialize};
 
 use super::{Listener, StudyProgress, cell, make_folder};
-use hysteron_arm::Model;
-use hysteron_arm::baselines::{
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_estimation::identify::TorqueResponse;
+use hysteron_arm_learning::baselines::{
     GoesOn, MAX_POINTS, RigidFeatures, fit_fourier, fit_gaussian_process, fit_rigid_body,
 };
-use hysteron_arm::datasets::RealSet;
-use hysteron_arm::identify::TorqueResponse;
-use hysteron_arm::lagrangian::{
+use hysteron_arm_learning::datasets::RealSet;
+use hysteron_arm_learning::lagrangian::{
     InputForm, NetworkShape, Samples, Scales, Scores, TrainingOptions, Variant, decompose, train,
 };
 

@@ -10,8 +10,8 @@ use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
 use super::{Listener, StudyProgress, cell, make_folder};
-use hysteron_arm::Model;
-use hysteron_arm::lagrangian::{
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_learning::lagrangian::{
     Decomposition, InputForm, LearnedDynamics, NetworkShape, Samples, Scales, Scores, Sinusoids,
     TrainingOptions, Variant, decompose, sinusoids, train,
 };

@@ -13,7 +13,7 @@ use anyhow::{Context, Result};
 use hysteron_base::{file, json};
 use hysteron_rig::calibration::Calibration;
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::virtual_rig::{VirtualRobot, rig_file};
+use hysteron_virtual_rig::virtual_rig::{VirtualRobot, rig_file};
 use serde_json::Value;
 
 use super::chain::{Chain, FRICTION, scene_path};

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 use hysteron_base::{file, json};
-use hysteron_rig::virtual_rig::VirtualRobot;
+use hysteron_virtual_rig::virtual_rig::VirtualRobot;
 use serde_json::Value;
 
 use super::followed::Followed;

@@ -12,8 +12,8 @@ use anyhow::{Context, Result, ensure};
 use hysteron_base::{Recording, file, json};
 use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::virtual_rig::{SimulatedRig, VirtualRobot};
 use hysteron_rig::{Hardware, LiveRig};
+use hysteron_virtual_rig::virtual_rig::{SimulatedRig, VirtualRobot};
 use serde_json::Value;
 
 use super::write_metrics;

@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use hysteron_base::Metadata;
-//! use hysteron_rig::virtual_arm::{VirtualArm, data_set};
+//! use hysteron_virtual_rig::virtual_arm::{VirtualArm, data_set};
 //!
 //! let arm = VirtualArm::preset("open-manipulator-x")?.individual(1);
 //! let planned = &data_set()[0];

@@ -4,8 +4,8 @@ use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::session::Session;
 use hysteron_rig::tracker::Registration;
-use hysteron_rig::virtual_rig::{SimulatedRig, VirtualRobot, rig_file};
 use hysteron_rig::{Error, Hardware, Result};
+use hysteron_virtual_rig::virtual_rig::{SimulatedRig, VirtualRobot, rig_file};
 use std::path::Path;
 
 fn typical() -> (VirtualRobot, RigConfig) {

@@ -5,9 +5,9 @@ use super::session::Stand;
 use hysteron_rig::bus::registers::{RegisterSpec, Role, StoredRegisters, TABLE};
 use hysteron_rig::bus::xl430::{self, Register, drive};
 use hysteron_rig::bus::{RegisterBaseline, TorqueState};
-use hysteron_rig::emulator::{Fault, FaultKind};
 use hysteron_rig::session::Session;
 use hysteron_rig::{Error, Hardware, LiveRig};
+use hysteron_virtual_rig::emulator::{Fault, FaultKind};
 
 /// The servo whose registers are touched.
 const TOUCHED: u8 = 2;

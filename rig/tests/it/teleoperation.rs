@@ -2,12 +2,12 @@
 
 use hysteron_actuator::{Gains, ServoCommand};
 use hysteron_base::{BadInput, Metadata, Recording};
-use hysteron_rig::emulator::{Emulator, Fault, FaultKind, Options, ServoWorld, Timing};
 use hysteron_rig::session::{events_path, journal_path};
 use hysteron_rig::teleoperation::{
     ARMS_FILE, Arms, ArmsConfig, ArmsOutcome, ArmsRecording, Estimates, channel_names,
 };
-use hysteron_rig::virtual_arm::{Follower, HeldLeader, VirtualArm, data_set};
+use hysteron_virtual_rig::emulator::{Emulator, Fault, FaultKind, Options, ServoWorld, Timing};
+use hysteron_virtual_rig::virtual_arm::{Follower, HeldLeader, VirtualArm, data_set};
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 

@@ -1,12 +1,12 @@
 //! The tracker's client against the pose server, over the loopback; and the decoder against anything.
 
-use hysteron_rig::emulator::{DeviceClock, Format, PoseServer, PoseServerSettings};
 use hysteron_rig::tracker::{
     Client, Content, Decoded, Decoder, MAX_BUFFERED, MAX_DRIFT, Message, Protocol, Settings, ToolPose,
     Validity,
 };
-use hysteron_rig::virtual_rig::TrackedPose;
 use hysteron_rig::{Event, EventKind, Pose, Quality};
+use hysteron_virtual_rig::emulator::{DeviceClock, Format, PoseServer, PoseServerSettings};
+use hysteron_virtual_rig::virtual_rig::TrackedPose;
 use proptest::prelude::*;
 use std::time::{Duration, Instant};
 

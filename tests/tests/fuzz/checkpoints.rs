@@ -3,8 +3,8 @@
 
 use std::path::Path;
 
-use hysteron_arm::Model;
-use hysteron_arm::lagrangian::{
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_learning::lagrangian::{
     InputForm, LearnedDynamics, NetworkShape, Scales, Sinusoids, Variant, sinusoids,
 };
 use hysteron_base::{Channel, Metadata, Recording, json};

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use hysteron_arm::{Data, Model, bias_torque, forward_dynamics, frame_jacobian, mass_matrix};
+use hysteron_arm_dynamics::{Data, Model, bias_torque, forward_dynamics, frame_jacobian, mass_matrix};
 use hysteron_base::{Recording, json};
-use hysteron_rig::virtual_arm::VirtualArm;
 use hysteron_tests::run;
+use hysteron_virtual_rig::virtual_arm::VirtualArm;
 use rand::RngExt;
 
 const N: usize = 4;

@@ -10,8 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use super::normal;
 use super::scara::{GAINS, Methods, OBSERVERS, PERIOD, Sums, controller, lead, plant, tip_force};
-use hysteron_arm::Model;
-use hysteron_arm::detection::{Assessment, Band, Cusum, FreeMotion, Test, Truth, assess, logarithmic, roc};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_estimation::detection::{
+    Assessment, Band, Cusum, FreeMotion, Test, Truth, assess, logarithmic, roc,
+};
 
 /// How one observer detects collisions.
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -2,9 +2,9 @@
 
 use hysteron_actuator::law::{Law, PiecewiseLinear};
 
-use hysteron_arm::Model;
-use hysteron_arm::identify::{BodyFit, JointTerm};
-use hysteron_arm::observer::{FrictionModel, LowSpeed};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_estimation::identify::{BodyFit, JointTerm};
+use hysteron_arm_estimation::observer::{FrictionModel, LowSpeed};
 
 /// The terms of a joint that are identified next to its body.
 pub const TERMS: [JointTerm; 4] =

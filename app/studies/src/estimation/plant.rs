@@ -1,7 +1,7 @@
 //! An arm as estimators find it: friction that gives way before it slides and drifts, encoders with steps, a motor constant that is
 //! not quite right. It knows nothing of the estimators: forward dynamics by ABA, friction by its own bristles.
 
-use hysteron_arm::{
+use hysteron_arm_dynamics::{
     Data, ExternalForce, Model, forward_dynamics, forward_kinematics, frame_jacobian, inverse_dynamics,
 };
 

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use super::normal;
 use super::plant::{Controller, Imperfections, Plant, Trial, TrueFriction};
 use super::scara_friction::{FrictionCell, METHODS, TRIAL_NOISE, TRUE, law_of};
-use hysteron_arm::observer::{FrictionModel, LowSpeed, MomentumObserver, RigidBody, estimate};
-use hysteron_arm::{ExternalForce, Model};
+use hysteron_arm_dynamics::{ExternalForce, Model};
+use hysteron_arm_estimation::observer::{FrictionModel, LowSpeed, MomentumObserver, RigidBody, estimate};
 
 /// Time between samples: 400 Hz [s].
 pub const PERIOD: f64 = 2.5e-3;

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use super::normal;
 use super::plant::{Imperfections, Plant, Trial, TrueFriction};
 use super::scara::{GAINS, Methods, PERIOD, controller, differences, lead, plant, tip_force};
-use hysteron_arm::Model;
-use hysteron_arm::observer::{FrictionModel, MomentumObserver, RigidBody, estimate};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_estimation::observer::{FrictionModel, MomentumObserver, RigidBody, estimate};
 
 /// Gains of figure 5a, joint 1's of the paper among them [1/s].
 const SHOWN_GAINS: [f64; 4] = [10.0, 30.0, 50.0, 100.0];

@@ -10,11 +10,11 @@ use serde::{Deserialize, Serialize};
 
 use super::normal;
 use super::plant::Path;
-use hysteron_arm::observer::{
+use hysteron_arm_dynamics::spatial::Inertia;
+use hysteron_arm_dynamics::{Data, Model, inverse_dynamics, mass_matrix};
+use hysteron_arm_estimation::observer::{
     DisturbanceObserver, Dynamics, FrictionModel, InverseDynamics, ObserverGain, RigidBody, estimate,
 };
-use hysteron_arm::spatial::Inertia;
-use hysteron_arm::{Data, Model, inverse_dynamics, mass_matrix};
 
 /// Dynamics with a constant added to every element of M, C and g.
 #[derive(Debug, Clone)]

@@ -17,12 +17,12 @@ use super::known::{KnownArm, TERMS};
 use super::normal;
 use super::plant::{Controller, Imperfections, Path, Plant, Trial, TrueFriction};
 use super::simulated_errors::{Comparison, Scenario, by_mass};
-use hysteron_arm::identify::{BodyOptions, JointMotion, Smoothing, identify_bodies};
-use hysteron_arm::observer::{
+use hysteron_arm_dynamics::{Data, ExternalForce, Model, inverse_dynamics, mass_matrix};
+use hysteron_arm_estimation::identify::{BodyOptions, JointMotion, Smoothing, identify_bodies};
+use hysteron_arm_estimation::observer::{
     Balance, DisturbanceObserver, InverseDynamics, KalmanNoise, KalmanObserver, MomentumObserver, Observer,
     ObserverGain, RigidBody, SlidingModeObserver, Terms, estimate,
 };
-use hysteron_arm::{Data, ExternalForce, Model, inverse_dynamics, mass_matrix};
 
 /// Time between samples [s].
 const PERIOD: f64 = 1e-3;

@@ -8,8 +8,8 @@ use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
 use super::wrist::{Wrists, friction, identify_wrist, sweep_wrist};
-use hysteron_arm::identify::JointMotion;
-use hysteron_arm::{Data, Model, inverse_dynamics};
+use hysteron_arm_dynamics::{Data, Model, inverse_dynamics};
+use hysteron_arm_estimation::identify::JointMotion;
 
 /// Speeds of the friction's figure: from minus to plus this, in so many bins a side [rad/s].
 const SPEEDS: (f64, usize) = (2.0, 40);

@@ -8,7 +8,7 @@ mod methods;
 mod run;
 mod score;
 
-pub use hysteron_arm::servo_force::Telemetry;
+pub use hysteron_arm_estimation::servo_force::Telemetry;
 pub use methods::{METHODS, PUBLISHED, TASKS};
 pub use run::{ForceCell, ForceStudy, force_study};
 pub use score::{FalseContacts, FreeRow, LoadedRow, Trace};

@@ -11,8 +11,8 @@ use super::ForceData;
 use super::methods::TASKS;
 use super::score::{Errors, FreeRow, LoadedRow, Trace, free_row, learned_threshold};
 use crate::{Listener, StudyProgress, cell, make_folder};
-use hysteron_arm::Model;
-use hysteron_arm::servo_force::{estimators, observed_arm};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_estimation::servo_force::{estimators, observed_arm};
 
 /// One arm: what every method of [`METHODS`] makes of its trajectories.
 #[derive(Debug, Clone, Serialize, Deserialize, PartialEq)]

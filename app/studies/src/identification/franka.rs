@@ -15,7 +15,7 @@ use hysteron_base::{BadInput, Metadata, Recording, Table};
 use hysteron_learn::Result;
 use serde::{Deserialize, Serialize};
 
-use hysteron_arm::{ColumnMap, ImportOptions, Quantity, Recorded, import};
+use hysteron_arm_estimation::{ColumnMap, ImportOptions, Quantity, Recorded, import};
 
 /// The recordings.
 pub const SPEEDS: [&str; 3] = ["slow", "middle", "high"];

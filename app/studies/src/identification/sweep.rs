@@ -5,7 +5,7 @@ use hysteron_fit::{GlobalMethod, GlobalOptions};
 use serde::{Deserialize, Serialize};
 
 use crate::estimation::wrist::{SWEEP_OPTIONS, Wrists, sweep_wrist};
-use hysteron_arm::identify::{evolve_bodies, identify_bodies};
+use hysteron_arm_estimation::identify::{evolve_bodies, identify_bodies};
 
 /// Weight of joint 2 in the sum of squares, as in the paper.
 pub const JOINT_2: f64 = 6.0;

@@ -4,7 +4,9 @@ use hysteron_learn::{BlockKind, TemporalForm};
 use serde::{Deserialize, Serialize};
 
 use super::{Sample, Split};
-use hysteron_arm::neural::{ActuatorOptions, LossWeights, Motors, NeuralOptions, Prior, SensingOptions};
+use hysteron_arm_learning::neural::{
+    ActuatorOptions, LossWeights, Motors, NeuralOptions, Prior, SensingOptions,
+};
 
 /// How much is trained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

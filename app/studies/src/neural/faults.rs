@@ -6,12 +6,12 @@ use serde_json::{Map, Value};
 
 use super::cells::Protocol;
 use super::{NeuralData, Sample, Split};
-use hysteron_arm::Model;
-use hysteron_arm::neural::{
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_estimation::servo_force::observed_arm;
+use hysteron_arm_learning::neural::{
     ActuatorOptions, ActuatorSession, ConditionSaid, Stage, Trajectory, detectors, fit_sensing,
     identified_observers,
 };
-use hysteron_arm::servo_force::observed_arm;
 
 /// Kinds, as names of tasks end.
 pub const KINDS: [&str; 3] = ["band", "friction", "lost_tooth"];

@@ -4,8 +4,8 @@ use hysteron_base::json;
 use hysteron_learn::TapePool;
 use serde_json::Value;
 
-use hysteron_arm::Model;
-use hysteron_arm::neural::{LossWeights, NeuralActuator, Segment, Trajectory, horizon_gradient};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_learning::neural::{LossWeights, NeuralActuator, Segment, Trajectory, horizon_gradient};
 
 /// Steps of table II.
 const HORIZONS: [usize; 5] = [64, 128, 256, 320, 500];

@@ -10,16 +10,13 @@ mod gradients;
 pub mod published;
 mod run;
 #[cfg(test)]
-#[path = "../../../../arm/src/neural/test_motion.rs"]
-mod test_motion;
-#[cfg(test)]
 mod tests;
 
 pub use cells::{FAULTS, LEFT_OUT, NETWORKS, NetworkKind, NeuralScope, NeuralSize};
 pub use faults::{FAULT_SPLITS, KINDS};
 pub use run::{NeuralStudy, neural_study};
 
-use hysteron_arm::neural::{Features, Trajectory};
+use hysteron_arm_learning::neural::{Features, Trajectory};
 
 /// Split of a data set that a recording belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -15,8 +15,8 @@ use super::gradients::by_horizon;
 use super::{NeuralData, Split};
 use crate::side_by_side::{at_once, side_by_side};
 use crate::{Listener, cell, make_folder};
-use hysteron_arm::Model;
-use hysteron_arm::neural::{ActuatorOptions, ActuatorSession, Comparison, Trajectory, fit_actuator};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_learning::neural::{ActuatorOptions, ActuatorSession, Comparison, Trajectory, fit_actuator};
 
 /// The study: every cell is a comparison as `Comparison::summary` has it.
 #[derive(Debug, Clone, Serialize)]

@@ -3,16 +3,25 @@
 
 use std::path::Path;
 
+use hysteron_arm_fixtures::recordings::{Case, JOINTS, PERIOD, recording};
 use hysteron_base::json;
 use serde_json::Value;
 
 use super::cells::{NETWORKS, NetworkKind, NeuralScope, NeuralSize};
 use super::run::{Asked, study_with};
-use super::test_motion::{Case, PERIOD, features, trajectory};
 use super::{NeuralData, NeuralStudy, Sample, Split};
 use crate::StudyProgress;
-use hysteron_arm::Model;
-use hysteron_arm::neural::{ActuatorOptions, EVIDENCE, SensingOptions};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_learning::neural::{ActuatorOptions, EVIDENCE, SensingOptions};
+
+fn features() -> Features {
+    Features { joints: JOINTS, gripper: None }
+}
+
+fn trajectory(seed: u64, case: Case) -> Trajectory {
+    let unlabelled = if case == Case::Free { Unlabelled::Free } else { Unlabelled::Unknown };
+    trajectory_of(&recording(seed, 400, case), &features(), PERIOD, unlabelled).unwrap()
+}
 
 fn data() -> NeuralData {
     let tasks = [

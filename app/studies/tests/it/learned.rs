@@ -1,8 +1,8 @@
 //! Studies of learned inverse dynamics: ended, gone on with, shared by machines, refused.
 
-use hysteron_arm::Model;
-use hysteron_arm::datasets::panda;
-use hysteron_arm::lagrangian::{InputForm, TrainingOptions, Variant};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_learning::datasets::panda;
+use hysteron_arm_learning::lagrangian::{InputForm, TrainingOptions, Variant};
 use hysteron_fuzz::recorded;
 use hysteron_learn::Activation;
 use hysteron_studies::{RealOptions, SimulatedStudy, Units, real_study, shown_samples, simulated_study};

@@ -1,6 +1,7 @@
 //! Charts of the motion of an arm: its joints over time, and the arm at several times.
 
-use hysteron_arm::{Data, JointKind, Model, Quantity, channel_name, joint_rows, skeleton};
+use hysteron_arm_dynamics::{Data, JointKind, Model, skeleton};
+use hysteron_arm_estimation::{Quantity, channel_name, joint_rows};
 use hysteron_base::Recording;
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::stick_figure::StickFigure;
@@ -19,7 +20,7 @@ pub(super) fn joints_over_time(
     for (kind, unit) in [(JointKind::Revolute, "rad"), (JointKind::Prismatic, "m")] {
         let joints = || model.joints().iter().enumerate().filter(|(_, joint)| joint.kind == kind);
         for quantity in quantities {
-            let curve = |(i, (k, joint)): (usize, (usize, &hysteron_arm::Joint))| {
+            let curve = |(i, (k, joint)): (usize, (usize, &hysteron_arm_dynamics::Joint))| {
                 let values = motion.require(&channel_name(model, *quantity, k))?.to_vec();
                 Ok(Curve::new(&*joint.name, i, values))
             };

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_arm::Model;
-use hysteron_arm::neural::{Features, Trajectory, Unlabelled, trajectory_of};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_learning::neural::{Features, Trajectory, Unlabelled, trajectory_of};
 use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Metadata, Recording};
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_actuator::CatalogueDrive;
-use hysteron_arm::{Base, Masses, Model, ReadOptions};
+use hysteron_arm_dynamics::{Base, Masses, Model, ReadOptions};
 use hysteron_base::{BadInput, file};
 
 use crate::Context;
@@ -47,7 +47,7 @@ impl RobotOptions {
             }
             return Ok(Model::builtin(text)?);
         }
-        let mut arguments = hysteron_arm::Arguments::new();
+        let mut arguments = hysteron_arm_dynamics::Arguments::new();
         for argument in &self.arguments {
             let Some((name, value)) = argument.split_once('=').filter(|(name, _)| !name.is_empty()) else {
                 return Err(BadInput::new("--arg", "NAME=VALUE", format!("\"{argument}\"")).into());

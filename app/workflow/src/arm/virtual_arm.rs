@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_base::file;
-use hysteron_rig::virtual_arm::VirtualArm;
+use hysteron_virtual_rig::virtual_arm::VirtualArm;
 
 /// The arm and the text of its file.
 pub(super) fn read_arm(named: &str) -> anyhow::Result<(VirtualArm, String)> {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hysteron_arm::neural::{FORCES, METHODS};
+use hysteron_arm_learning::neural::{FORCES, METHODS};
 use hysteron_base::{Metadata, json};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use hysteron_arm::Model;
-use hysteron_arm::datasets::RealSet;
-use hysteron_arm::lagrangian::{Decomposition, LearnedDynamics, Sinusoids, Variant};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_learning::datasets::RealSet;
+use hysteron_arm_learning::lagrangian::{Decomposition, LearnedDynamics, Sinusoids, Variant};
 use hysteron_base::{Metadata, json};
 use hysteron_studies::{
     Parts, PublishedRow, RealOptions, RealRow, SimulatedRow, SimulatedStudy, published, published_parts,

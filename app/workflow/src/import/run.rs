@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_arm::{ArmKnown, BadRows, CURRENTS_BY, ColumnMap, Recorded, UnitCheck, with_arm};
+use hysteron_arm_estimation::{ArmKnown, BadRows, CURRENTS_BY, ColumnMap, Recorded, UnitCheck, with_arm};
 use hysteron_base::import::{self, Assembled, Request};
 use hysteron_base::{BadInput, Recording, RowFilter, file};
 

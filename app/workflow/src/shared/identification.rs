@@ -123,8 +123,8 @@ impl Row {
     }
 
     /// Of a regression of bodies.
-    pub(crate) fn of_term(term: &hysteron_arm::identify::TermEstimate) -> Self {
-        let is_shared = term.determined == hysteron_arm::identify::Determined::Together;
+    pub(crate) fn of_term(term: &hysteron_arm_estimation::identify::TermEstimate) -> Self {
+        let is_shared = term.determined == hysteron_arm_estimation::identify::Determined::Together;
         let note = if is_shared { "only together with others" } else { "" }.to_owned();
         Self {
             name: term.name.clone(),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_arm::Model;
+use hysteron_arm_dynamics::Model;
 use hysteron_base::checks::{CheckContext, Finding, Purpose, Severity, Warning, check_recordings};
 use hysteron_base::{BadInput, Recording};
 use hysteron_report::page::Page;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hysteron_arm::{Joint, Model};
+use hysteron_arm_dynamics::{Joint, Model};
 use hysteron_base::{BadInput, file};
 
 use crate::Context;

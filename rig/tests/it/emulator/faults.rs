@@ -4,7 +4,7 @@ use super::{Bench, PATIENCE};
 use dynamixel2::ReadError;
 use hysteron_base::json;
 use hysteron_rig::bus::xl430::*;
-use hysteron_rig::emulator::{FAULTS_LOG, Fault, FaultKind, FaultMoment, Faults, TORQUE_LOG};
+use hysteron_virtual_rig::emulator::{FAULTS_LOG, Fault, FaultKind, FaultMoment, Faults, TORQUE_LOG};
 use std::time::{Duration, Instant};
 
 impl Bench {

@@ -7,8 +7,8 @@ mod port;
 
 use dynamixel2::{Bus, ReadError};
 use hysteron_rig::bus::xl430::{self, Register};
-use hysteron_rig::emulator::{Emulator, Options, Timing};
-use hysteron_rig::virtual_rig::World;
+use hysteron_virtual_rig::emulator::{Emulator, Options, Timing};
+use hysteron_virtual_rig::virtual_rig::World;
 use std::time::{Duration, Instant};
 
 /// Longest wait for an answer; a machine with other work to do is late now and then.

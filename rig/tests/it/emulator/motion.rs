@@ -2,7 +2,7 @@
 
 use super::Bench;
 use hysteron_rig::bus::xl430::*;
-use hysteron_rig::emulator::{Fault, FaultKind};
+use hysteron_virtual_rig::emulator::{Fault, FaultKind};
 use std::time::Duration;
 
 #[test]

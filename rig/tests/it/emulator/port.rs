@@ -2,8 +2,8 @@
 
 use super::Bench;
 use hysteron_rig::bus::xl430::*;
-use hysteron_rig::emulator::{Emulator, Options, Timing};
-use hysteron_rig::virtual_rig::World;
+use hysteron_virtual_rig::emulator::{Emulator, Options, Timing};
+use hysteron_virtual_rig::virtual_rig::World;
 use std::time::Instant;
 
 #[test]

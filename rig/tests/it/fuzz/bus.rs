@@ -3,8 +3,8 @@
 use super::{assert_memory_is_bounded, cases, corpus};
 use hysteron_rig::bus::{ServoBus, xl430};
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::emulator::{Emulator, Options, Timing};
-use hysteron_rig::virtual_rig::World;
+use hysteron_virtual_rig::emulator::{Emulator, Options, Timing};
+use hysteron_virtual_rig::virtual_rig::World;
 use proptest::prelude::*;
 use serialport::{SerialPort, TTYPort};
 use std::io::{Read, Write};

@@ -6,10 +6,10 @@ use hysteron_base::{BadInput, Metadata};
 use hysteron_control::Plan;
 use hysteron_rig::calibration::Calibration;
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::emulator::Faults;
 use hysteron_rig::teleoperation::{ARMS_FILE, ArmsConfig};
-use hysteron_rig::virtual_arm::{VirtualArm, data_set};
-use hysteron_rig::virtual_rig::{VirtualRobot, World};
+use hysteron_virtual_rig::emulator::Faults;
+use hysteron_virtual_rig::virtual_arm::{VirtualArm, data_set};
+use hysteron_virtual_rig::virtual_rig::{VirtualRobot, World};
 use std::path::Path;
 
 const RIG: &str = include_str!("../../../presets/rig.toml");

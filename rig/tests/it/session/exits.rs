@@ -3,8 +3,8 @@
 use super::probe::Rig;
 use super::small_circle;
 use hysteron_base::{Metadata, Recording};
-use hysteron_rig::emulator::{Fault, FaultKind};
 use hysteron_rig::session::{RecordOptions, Recorder, Session, journal_path, recover};
+use hysteron_virtual_rig::emulator::{Fault, FaultKind};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 const PATIENT: (&str, &str) = ("reply_timeout_ms = 4.0", "reply_timeout_ms = 400.0");

@@ -4,9 +4,9 @@ use super::probe::Rig;
 use super::small_circle;
 use super::stage::{MOMENT, Mishap, Stage};
 use hysteron_base::{Metadata, Recording};
-use hysteron_rig::emulator::{Fault, FaultKind};
 use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session, Stop};
 use hysteron_rig::{Error, EventKind, ShutdownAction};
+use hysteron_virtual_rig::emulator::{Fault, FaultKind};
 use std::cell::Cell;
 
 /// A busy machine answers late, which is not what is tested here.

@@ -14,10 +14,10 @@ use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_control::Plan;
 use hysteron_rig::calibration::{Calibration, ChannelMap};
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::emulator::{Emulator, Options, Timing};
 use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session};
-use hysteron_rig::virtual_rig::World;
 use hysteron_rig::{Hardware, LiveRig, Result};
+use hysteron_virtual_rig::emulator::{Emulator, Options, Timing};
+use hysteron_virtual_rig::virtual_rig::World;
 use std::path::PathBuf;
 use std::sync::{PoisonError, RwLock, RwLockReadGuard};
 

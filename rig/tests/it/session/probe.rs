@@ -4,11 +4,11 @@ use super::turn;
 use hysteron_rig::bus::{BusCounts, ServoReport};
 use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::emulator::{
+use hysteron_rig::{Event, Hardware, LiveRig, Pose, Result, ServoSample, SlowSample};
+use hysteron_virtual_rig::emulator::{
     DeviceClock, Emulator, Fault, Format, Options, PoseDelivery, PoseServerSettings, Timing,
 };
-use hysteron_rig::virtual_rig::{SimulatedRig, VirtualRobot, World, rig_file};
-use hysteron_rig::{Event, Hardware, LiveRig, Pose, Result, ServoSample, SlowSample};
+use hysteron_virtual_rig::virtual_rig::{SimulatedRig, VirtualRobot, World, rig_file};
 use std::cell::Cell;
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};

@@ -5,9 +5,9 @@ use super::{Stand, circle, small_circle};
 use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_rig::bus::{REGISTER_PATIENCE, xl430};
 use hysteron_rig::config::{TrackerConfig, TrackerSource};
-use hysteron_rig::emulator::{Fault, FaultKind};
 use hysteron_rig::session::{RecordOptions, Recorder, Session};
 use hysteron_rig::{EventKind, Hardware, LiveRig};
+use hysteron_virtual_rig::emulator::{Fault, FaultKind};
 use std::time::{Duration, Instant};
 
 #[test]

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use hysteron_arm::Model;
-use hysteron_arm::neural::{
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_learning::neural::{
     NeuralActuator, Telemetry, Trajectory, Unlabelled, pose_scores, roll_out, trajectory_of,
 };
 use hysteron_base::checks::{CheckContext, Purpose};

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use hysteron_arm::lagrangian::LearnedDynamics;
-use hysteron_arm::{JointKind, Model, Quantity, Wanted, columns_of_dynamics, dynamics_of_rows};
+use hysteron_arm_dynamics::{JointKind, Model};
+use hysteron_arm_estimation::{Quantity, Wanted, columns_of_dynamics, dynamics_of_rows};
+use hysteron_arm_learning::lagrangian::LearnedDynamics;
 use hysteron_base::{BadInput, MAX_CHANNELS, Recording};
 
 use super::{Options, Outcome};

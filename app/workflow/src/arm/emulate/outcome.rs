@@ -1,6 +1,6 @@
 //! The outcome of `arm emulate`: traffic on both ports.
 
-use hysteron_rig::emulator::Counts;
+use hysteron_virtual_rig::emulator::Counts;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

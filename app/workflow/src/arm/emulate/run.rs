@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use hysteron_base::{BadInput, Lock, file};
-use hysteron_rig::emulator::{Emulator, Faults, Options as EmulatorOptions, TORQUE_LOG, Timing};
 use hysteron_rig::teleoperation::ARMS_FILE;
-use hysteron_rig::virtual_arm::{Fault, N_SERVOS, data_set, fault_set};
+use hysteron_virtual_rig::emulator::{Emulator, Faults, Options as EmulatorOptions, TORQUE_LOG, Timing};
+use hysteron_virtual_rig::virtual_arm::{Fault, N_SERVOS, data_set, fault_set};
 
 use super::outcome::PortCounts;
 use super::{Options, Outcome};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hysteron_arm::neural::{Estimator, NeuralActuator, Unlabelled, trajectory_of};
+use hysteron_arm_learning::neural::{Estimator, NeuralActuator, Unlabelled, trajectory_of};
 use hysteron_base::{BadInput, Channel, Recording};
 
 use super::Options;

@@ -1,6 +1,6 @@
 //! Channels of the estimates, and their values row by row.
 
-use hysteron_arm::neural::SensedNow;
+use hysteron_arm_learning::neural::SensedNow;
 
 /// Channels of the estimates, for `m` motors.
 pub(super) fn names(m: usize) -> Vec<String> {

@@ -1,6 +1,6 @@
 //! External torques along a recording, by a momentum observer whose dynamics are learned.
 
-use hysteron_arm::lagrangian::{LearnedDynamics, external_torques_along};
+use hysteron_arm_learning::lagrangian::{LearnedDynamics, external_torques_along};
 use hysteron_base::{BadInput, Recording};
 
 use super::Options;

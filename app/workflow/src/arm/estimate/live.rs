@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use std::path::Path;
 use std::time::Instant;
 
-use hysteron_arm::neural::{Estimator, NeuralActuator, SensedNow, ServoTelemetry};
+use hysteron_arm_learning::neural::{Estimator, NeuralActuator, SensedNow, ServoTelemetry};
 use hysteron_base::BadInput;
 use hysteron_rig::bus::model::Effort;
 use hysteron_rig::session::Histogram;

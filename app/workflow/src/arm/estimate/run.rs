@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use hysteron_arm::lagrangian::LearnedDynamics;
-use hysteron_arm::neural::{Estimator, NeuralActuator};
+use hysteron_arm_learning::lagrangian::LearnedDynamics;
+use hysteron_arm_learning::neural::{Estimator, NeuralActuator};
 use hysteron_base::BadInput;
 
 use super::outcome::{LiveEstimates, RecordingEstimates, TelemetryEstimates};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use hysteron_arm::neural::{
+use hysteron_arm_learning::neural::{
     ByHorizon, ByMethod, Comparison, FORCES, HORIZONS, METHODS, NeuralActuator, Trajectory,
 };
 use hysteron_base::checks::Purpose;

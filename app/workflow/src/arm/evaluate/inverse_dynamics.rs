@@ -1,7 +1,7 @@
 //! Evaluates a model of inverse dynamics on a recording: errors of the torques, and their parts over time.
 
-use hysteron_arm::lagrangian::{LearnedDynamics, Scores, samples_of};
-use hysteron_arm::{Quantity, Recorded};
+use hysteron_arm_estimation::{Quantity, Recorded};
+use hysteron_arm_learning::lagrangian::{LearnedDynamics, Scores, samples_of};
 use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Channel, Metadata, Recording};
 

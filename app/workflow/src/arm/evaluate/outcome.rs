@@ -1,6 +1,6 @@
 //! The outcome of `arm evaluate`: of a neural actuator, or of a model of inverse dynamics.
 
-use hysteron_arm::neural::{
+use hysteron_arm_learning::neural::{
     ActuatorComparison, ByHorizon, ByMethod, ComparisonFormat, DetectorScores, ForceSource, ForcesBySource,
     TaskScores,
 };

@@ -1,6 +1,8 @@
 //! The page of `arm evaluate` for a neural actuator: the tables III to V of the paper, with every baseline.
 
-use hysteron_arm::neural::{DetectorScores, FORCES, ForceScores, HORIZONS, METHODS, PoseScores, TaskScores};
+use hysteron_arm_learning::neural::{
+    DetectorScores, FORCES, ForceScores, HORIZONS, METHODS, PoseScores, TaskScores,
+};
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::page::Page;
 

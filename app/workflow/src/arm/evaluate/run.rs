@@ -1,6 +1,6 @@
 //! Chooses by the model: an actuator, or inverse dynamics.
 
-use hysteron_arm::neural::NeuralActuator;
+use hysteron_arm_learning::neural::NeuralActuator;
 use hysteron_learn::read_parameters_header;
 
 use super::{Options, Outcome, actuator, inverse_dynamics};

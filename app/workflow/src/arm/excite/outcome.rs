@@ -1,6 +1,7 @@
 //! The outcome of `arm excite`: a designed motion, and how well it shows the parameters of the arm.
 
-use hysteron_arm::{Excitation, Model};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_estimation::Excitation;
 use hysteron_base::Recording;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,7 @@
 //! The page of `arm excite`: joints, torques next to their limits, and the arm at several times.
 
-use hysteron_arm::{Joint, JointKind, Model, Quantity, Wanted, channel_name, dynamics_of_rows};
+use hysteron_arm_dynamics::{Joint, JointKind, Model};
+use hysteron_arm_estimation::{Quantity, Wanted, channel_name, dynamics_of_rows};
 use hysteron_base::{Metadata, Recording};
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};

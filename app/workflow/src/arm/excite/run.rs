@@ -1,7 +1,8 @@
 //! Designs a motion, by a search or from rest to rest, and writes its states.
 
-use hysteron_arm::{
-    Excitation, ExcitationOptions, Law, LimitOptions, Model, Motion, MotionLimits, PointToPoint,
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_estimation::{
+    Excitation, ExcitationOptions, Law, LimitOptions, Motion, MotionLimits, PointToPoint,
     exciting_trajectory, states_of,
 };
 use hysteron_base::{BadInput, Metadata};

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_arm::lagrangian::{LearnedDynamics, Variant, samples_of};
+use hysteron_arm_learning::lagrangian::{LearnedDynamics, Variant, samples_of};
 use hysteron_base::Recording;
 
 use super::delan;

@@ -4,10 +4,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use hysteron_arm::neural::{Prior, TaskScores};
+use hysteron_arm_learning::neural::{Prior, TaskScores};
 use hysteron_base::{Metadata, Recording};
 use hysteron_learn::{BlockKind, TemporalForm};
-use hysteron_rig::virtual_arm::{VirtualArm, data_set};
+use hysteron_virtual_rig::virtual_arm::{VirtualArm, data_set};
 
 use super::neural;
 use crate::arm::{estimate, evaluate};
@@ -129,7 +129,7 @@ fn an_actuator_with_servo_and_observer_is_fitted_evaluated_and_streams() {
     // Four updates: hardly more than the servo that it begins with.
     assert!(network < 1.2 * servo, "{network} {servo}");
     // Five motors are simulated: that of the gripper too, by every method.
-    for (k, name) in hysteron_arm::neural::METHODS.iter().enumerate() {
+    for (k, name) in hysteron_arm_learning::neural::METHODS.iter().enumerate() {
         let own = found.mean_gripper_mm.values()[k].steps_300.unwrap();
         let of_task = |task: &TaskScores| task.poses.values()[k].steps_300.gripper_mm.unwrap();
         let mean = found.tasks.iter().map(of_task).sum::<f64>() / found.tasks.len() as f64;

@@ -10,7 +10,7 @@ use hysteron_learn::{BlockKind, TemporalForm};
 use super::neural;
 use crate::arm::evaluate;
 use crate::{Context, Progress, ProgressSink, Silent};
-use hysteron_arm::neural::Prior;
+use hysteron_arm_learning::neural::Prior;
 
 const PERIOD: f64 = 0.017;
 

@@ -1,7 +1,7 @@
 //! The outcome of `arm generate`: the card of a data set.
 
 use hysteron_base::Recording;
-use hysteron_rig::virtual_arm::{Planned, VirtualArm};
+use hysteron_virtual_rig::virtual_arm::{Planned, VirtualArm};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

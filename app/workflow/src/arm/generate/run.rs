@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use hysteron_base::{Metadata, Recording, file, parallel};
 use hysteron_report::folder::ReportFolder;
-use hysteron_rig::virtual_arm::{Planned, VirtualArm};
+use hysteron_virtual_rig::virtual_arm::{Planned, VirtualArm};
 
 use super::outcome::ArmTrajectory;
 use super::selection::selected;

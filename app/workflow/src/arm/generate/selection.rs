@@ -1,7 +1,7 @@
 //! Trajectories of the data set NAD, and of the faults that it does not have, that are asked for.
 
 use hysteron_base::BadInput;
-use hysteron_rig::virtual_arm::{Planned, SPLITS, data_set, fault_set};
+use hysteron_virtual_rig::virtual_arm::{Planned, SPLITS, data_set, fault_set};
 
 use super::Options;
 

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_arm::identify::{JointMotion, JointTerm};
-use hysteron_arm::{Model, Recorded};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_estimation::Recorded;
+use hysteron_arm_estimation::identify::{JointMotion, JointTerm};
 use hysteron_base::BadInput;
 
 use super::recordings::read;

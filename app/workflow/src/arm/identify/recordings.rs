@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_arm::{ImportOptions, Model, import};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_estimation::{ImportOptions, import};
 use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{Metadata, Recording};
 

@@ -1,6 +1,6 @@
 //! The outcome of `arm info` and `arm check`: the joints of a robot in numbers.
 
-use hysteron_arm::Model;
+use hysteron_arm_dynamics::Model;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,6 @@
 //! Prints a robot, and what looks wrong in it.
 
-use hysteron_arm::{JointKind, Model};
+use hysteron_arm_dynamics::{JointKind, Model};
 use hysteron_base::BadInput;
 
 use super::{CheckOptions, Options, Outcome};

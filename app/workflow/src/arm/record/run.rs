@@ -1,6 +1,6 @@
 //! Records a follower that follows the leader in a person's hand.
 
-use hysteron_arm::POSITION_GAIN;
+use hysteron_arm_estimation::POSITION_GAIN;
 use hysteron_base::{BadInput, Lock, Metadata};
 use hysteron_rig::teleoperation::{Arms, ArmsConfig, ArmsOutcome, ArmsRecording, Estimates};
 

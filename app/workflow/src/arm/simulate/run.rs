@@ -1,6 +1,7 @@
 //! Simulates an arm under recorded torques.
 
-use hysteron_arm::{Model, Quantity, joint_rows, motion_under_torques};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_estimation::{Quantity, joint_rows, motion_under_torques};
 use hysteron_base::{BadInput, Recording};
 use hysteron_report::folder::ReportFolder;
 

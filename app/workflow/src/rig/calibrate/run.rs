@@ -6,8 +6,8 @@ use std::time::SystemTime;
 use hysteron_base::{BadInput, Lock, file};
 use hysteron_rig::bus::RegisterBaseline;
 use hysteron_rig::calibration::{Calibration, calibrate};
-use hysteron_rig::virtual_rig::SimulatedRig;
 use hysteron_rig::{Hardware, LiveRig};
+use hysteron_virtual_rig::virtual_rig::SimulatedRig;
 
 use super::options::Options;
 use super::outcome::Outcome;

@@ -1,6 +1,6 @@
 //! The outcome of `rig emulate`.
 
-use hysteron_rig::emulator::Counts;
+use hysteron_virtual_rig::emulator::Counts;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

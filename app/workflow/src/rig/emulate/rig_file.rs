@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, file};
-use hysteron_rig::virtual_rig::{VirtualRobot, rig_file};
+use hysteron_virtual_rig::virtual_rig::{VirtualRobot, rig_file};
 
 use super::options::Options;
 

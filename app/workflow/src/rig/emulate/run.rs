@@ -4,11 +4,11 @@ use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
 use hysteron_base::{BadInput, Lock};
-use hysteron_rig::emulator::{
+use hysteron_virtual_rig::emulator::{
     Counts, DeviceClock, Emulator, FAULTS_LOG, Faults, Format, Options as EmulatorOptions, PoseDelivery,
     PoseServerSettings, TORQUE_LOG, Timing,
 };
-use hysteron_rig::virtual_rig::{VirtualRobot, World};
+use hysteron_virtual_rig::virtual_rig::{VirtualRobot, World};
 
 use super::options::Options;
 use super::outcome::Outcome;

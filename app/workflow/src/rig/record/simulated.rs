@@ -8,7 +8,7 @@ use hysteron_base::{Metadata, parallel};
 use hysteron_rig::Hardware;
 use hysteron_rig::calibration::{Calibration, calibrate};
 use hysteron_rig::session::{RecordOptions, Recorder, Session, journal_path};
-use hysteron_rig::virtual_rig::{Hand, SimulatedRig};
+use hysteron_virtual_rig::virtual_rig::{Hand, SimulatedRig};
 
 use super::jobs::Job;
 use super::partial_files::ended;

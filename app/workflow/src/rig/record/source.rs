@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use hysteron_base::{BadInput, file};
 use hysteron_rig::calibration::Calibration;
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::virtual_rig::{VirtualRobot, rig_file};
+use hysteron_virtual_rig::virtual_rig::{VirtualRobot, rig_file};
 
 /// How a virtual rig is named on the command line.
 const VIRTUAL: &str = "virtual:";

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_arm::{ColumnMap, ImportOptions, import};
+use hysteron_arm_estimation::{ColumnMap, ImportOptions, import};
 use hysteron_base::{BadInput, Metadata, Recording, file, json, parallel};
 use hysteron_learn::Error;
-use hysteron_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set};
 use hysteron_studies::Listener;
 use hysteron_studies::force::{ForceData, TASKS, Telemetry, force_study};
+use hysteron_virtual_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set};
 use serde_json::Value;
 
 use super::Options;

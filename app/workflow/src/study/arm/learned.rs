@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use hysteron_arm::Model;
-use hysteron_arm::datasets::{BaxterTraining, RealSet, baxter, characters, kuka, kuka_arm, panda};
-use hysteron_arm::lagrangian::{InputForm, TrainingOptions, Variant};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_learning::datasets::{BaxterTraining, RealSet, baxter, characters, kuka, kuka_arm, panda};
+use hysteron_arm_learning::lagrangian::{InputForm, TrainingOptions, Variant};
 use hysteron_base::BadInput;
 use hysteron_learn::Activation;
 use hysteron_studies::{
@@ -174,8 +174,12 @@ fn real(options: &Options) -> Result<RealOptions, BadInput> {
 /// A recorded set and the kinematics of its arm.
 fn real_set(set: SetName, data: &Path) -> anyhow::Result<(RealSet, Model)> {
     let folder = data.join("baxter");
-    let arm =
-        || Ok::<_, anyhow::Error>(Model::from_urdf(hysteron_arm::datasets::BAXTER_ARM, "baxter_arm.urdf")?);
+    let arm = || {
+        Ok::<_, anyhow::Error>(Model::from_urdf(
+            hysteron_arm_learning::datasets::BAXTER_ARM,
+            "baxter_arm.urdf",
+        )?)
+    };
     Ok(match set {
         SetName::BaxterHelical => {
             let test = "sin_XYZ_12_5s_T2_5_Tz_5T_r18_ang_vel_torq.csv";

@@ -9,7 +9,7 @@ mod neural;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use hysteron_arm::lagrangian::Variant;
+use hysteron_arm_learning::lagrangian::Variant;
 use hysteron_base::{BadInput, json};
 use hysteron_learn::TrainingProgress;
 use hysteron_studies::StudyProgress;

@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_arm::neural::{Features, SimulationOptions, Unlabelled, gripper_of, trajectory_of};
-use hysteron_arm::{ColumnMap, ImportOptions, Model, import};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_estimation::{ColumnMap, ImportOptions, import};
+use hysteron_arm_learning::neural::{Features, SimulationOptions, Unlabelled, gripper_of, trajectory_of};
 use hysteron_base::{BadInput, Metadata, Recording, file, json, parallel};
-use hysteron_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set, fault_set};
 use hysteron_studies::Listener;
 use hysteron_studies::neural::{NeuralData, NeuralScope, NeuralSize, Sample, Split, neural_study};
+use hysteron_virtual_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set, fault_set};
 use serde_json::Value;
 
 use super::Options;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteron_arm::lagrangian::Variant;
+use hysteron_arm_learning::lagrangian::Variant;
 use hysteron_base::json;
 
 /// Learn inverse dynamics with a model of the DeLaN family

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteron_arm::lagrangian::{
+use hysteron_arm_learning::lagrangian::{
     InputForm, LearnedDynamics, NetworkShape, Samples, Scales, TrainingOptions, samples_of, train,
 };
 use hysteron_base::checks::{CheckContext, Purpose};

@@ -1,7 +1,7 @@
 //! Training data of an actuator: the features of the recordings, and their labels in words.
 
-use hysteron_arm::Recorded;
-use hysteron_arm::neural::{Features, Trajectory, gripper_of};
+use hysteron_arm_estimation::Recorded;
+use hysteron_arm_learning::neural::{Features, Trajectory, gripper_of};
 use hysteron_base::{BadInput, Recording};
 
 use crate::Context;

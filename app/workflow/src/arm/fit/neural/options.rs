@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use hysteron_actuator::CatalogueDrive;
-use hysteron_arm::neural::{ActuatorOptions, LossWeights, Motors, NeuralOptions, Prior, SensingOptions};
+use hysteron_arm_learning::neural::{
+    ActuatorOptions, LossWeights, Motors, NeuralOptions, Prior, SensingOptions,
+};
 use hysteron_base::BadInput;
 use hysteron_learn::{BlockKind, TemporalForm};
 

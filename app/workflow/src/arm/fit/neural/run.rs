@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use hysteron_arm::neural::{
+use hysteron_arm_learning::neural::{
     ActuatorOptions, ActuatorSession, Features, NeuralActuator, Stage, Trajectory, fit_actuator,
 };
 use hysteron_base::checks::Purpose;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hysteron_actuator::identify::{FrictionFit, FrictionMethod, identify_friction, identify_friction_by};
 use hysteron_actuator::law::{JointFriction, Law, Sliding};
-use hysteron_arm::{Quantity, Recorded};
+use hysteron_arm_estimation::{Quantity, Recorded};
 use hysteron_base::BadInput;
 use hysteron_fit::{Identifiability, folds};
 use hysteron_report::folder::ReportFolder;

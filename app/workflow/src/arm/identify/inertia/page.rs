@@ -1,6 +1,6 @@
 //! The page of `arm identify inertia`.
 
-use hysteron_arm::identify::JointTerm;
+use hysteron_arm_estimation::identify::JointTerm;
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
 

@@ -1,6 +1,8 @@
 //! Identifies the bodies, rotors and friction of all joints.
 
-use hysteron_arm::identify::{BodyFit, BodyOptions, JointMotion, JointTerm, TorqueResponse, identify_bodies};
+use hysteron_arm_estimation::identify::{
+    BodyFit, BodyOptions, JointMotion, JointTerm, TorqueResponse, identify_bodies,
+};
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::verdict::{Criterion, Verdict};
 

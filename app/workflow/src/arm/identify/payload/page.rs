@@ -1,6 +1,6 @@
 //! The page of `arm identify payload`.
 
-use hysteron_arm::Model;
+use hysteron_arm_dynamics::Model;
 
 use hysteron_report::folder::ReportFolder;
 

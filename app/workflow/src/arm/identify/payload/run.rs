@@ -1,6 +1,6 @@
 //! Identifies what an arm carries, from recordings with and without it.
 
-use hysteron_arm::identify::{BodyOptions, identify_bodies, identify_payload};
+use hysteron_arm_estimation::identify::{BodyOptions, identify_bodies, identify_payload};
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::verdict::{Criterion, Verdict};
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_actuator::identify::{Pendulum, PendulumRun};
-use hysteron_arm::{POSITION_GAIN, Quantity, Recorded};
+use hysteron_arm_estimation::{POSITION_GAIN, Quantity, Recorded};
 use hysteron_base::{BadInput, Recording};
 
 use super::Options;

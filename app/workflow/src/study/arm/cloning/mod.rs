@@ -5,13 +5,13 @@
 
 pub mod score;
 
-use hysteron_arm::Model;
-use hysteron_arm::neural::{Estimator, NeuralActuator, ServoTelemetry};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_learning::neural::{Estimator, NeuralActuator, ServoTelemetry};
 use hysteron_base::{BadInput, json, rng};
 use hysteron_learn::{
     Activation, Adam, ByParameters, Decay, Mlp, MlpTape, Objective, Schedule, TrainingSession, minimise,
 };
-use hysteron_rig::virtual_arm::{Control, Leader, N_JOINTS, N_SERVOS, Reading, VirtualArm};
+use hysteron_virtual_rig::virtual_arm::{Control, Leader, N_JOINTS, N_SERVOS, Reading, VirtualArm};
 use nalgebra::Vector3;
 use rand::RngExt;
 use serde_json::Value;

@@ -1,0 +1,277 @@
+//! `fit_actuator`: an actuator from trajectories: what it has to beat, the network in the loop, and that of force and condition.
+
+use std::path::Path;
+
+use hysteron_actuator::CatalogueDrive;
+use hysteron_base::{BadInput, json};
+use hysteron_learn::{
+    BlockKind, DeviceCard, Error, FitResult, Result, TemporalForm, TrainingProgress, TrainingSession,
+    Transformer, TransformerShape, fit,
+};
+use serde::{Deserialize, Serialize};
+
+use super::actuator::NeuralActuator;
+use super::current::CurrentModel;
+use super::data::Trajectory;
+use super::features::{Features, InputScale};
+use super::loss::Heads;
+use super::motors::Motors;
+use super::observations::IdentifiedArm;
+use super::rivals::LagAndDroop;
+use super::sensing::Sensing;
+use super::sensing_training::{SensingOptions, SensingTask, identified_observers};
+use super::servo::ServoModel;
+use super::simulation::{Simulation, SimulationOptions};
+use super::training::{NeuralOptions, NeuralTask};
+use hysteron_arm_dynamics::Model;
+use hysteron_arm_estimation::servo_force::{Observers, observed_arm};
+
+/// Model that drives the simulated motors next to the network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Prior {
+    /// Nothing, as published.
+    None,
+    /// A position servo identified by rollout.
+    Servo,
+    /// A drive that was identified before, in every motor.
+    Drive,
+}
+
+/// An actuator that is asked for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ActuatorOptions {
+    /// How the network in the loop meets time.
+    pub form: TemporalForm,
+    /// How its layers are put together.
+    pub block: BlockKind,
+    /// Numbers of a token within it; the feed-forward networks have twice as many, the heads half. Recurrent layers have the width with
+    /// which the network is nearest in its number of parameters.
+    pub width: usize,
+    /// Its layers.
+    pub layers: usize,
+    /// Samples that it sees, the current one among them.
+    pub tokens: usize,
+    /// Model that drives the simulated motors next to it.
+    pub prior: Prior,
+    /// How it is trained.
+    pub training: NeuralOptions,
+    /// Force, contact and condition by a network of their own; none where that in the loop says them, as published.
+    pub sensing: Option<SensingOptions>,
+    /// Step of the simulation [s].
+    pub period: f64,
+    /// Parameters of the simulated motors.
+    #[serde(default, skip_serializing_if = "Motors::are_published")]
+    pub motors: Motors,
+    /// The drive of [`Prior::Drive`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<CatalogueDrive>,
+}
+
+impl ActuatorOptions {
+    /// Tokens of NeuralActuator's release.
+    pub const TOKENS: usize = 9;
+
+    /// The network in the loop for these motors.
+    pub fn shape(&self, features: &Features) -> TransformerShape {
+        let published = TransformerShape::published(features.len(), &Heads::sizes(features), self.form);
+        let of = |block: BlockKind, width: usize| TransformerShape {
+            width,
+            layers: self.layers,
+            feed_forward: 2 * width,
+            latent: (self.width.next_multiple_of(published.attention_heads) / 2).max(1),
+            tokens: self.tokens,
+            block,
+            ..published.clone()
+        };
+        let step = published.attention_heads;
+        let width = self.width.next_multiple_of(step);
+        if !matches!(self.block, BlockKind::Gru | BlockKind::Lstm) {
+            return of(self.block, width);
+        }
+        let wanted = of(BlockKind::GatedPreNorm, width).n_parameters();
+        let all = (1..=2 * width.div_ceil(step)).map(|k| of(self.block, k * step));
+        all.min_by_key(|shape| shape.n_parameters().abs_diff(wanted)).unwrap_or_else(|| of(self.block, width))
+    }
+}
+
+/// Baselines of an actuator, fitted to the same trajectories.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Rivals {
+    /// The goal later, smoother and lower.
+    #[serde(rename = "lag_and_droop")]
+    pub lag: LagAndDroop,
+    /// A servo identified by rollout.
+    pub servo: ServoModel,
+    /// Momentum observers, where PWM and contact-free trajectories are asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub observers: Option<Observers>,
+}
+
+impl Rivals {
+    /// As they were fitted with an actuator.
+    ///
+    /// # Errors
+    /// `BadInput` where its file has none, or such as are for other motors.
+    pub fn of(actuator: &NeuralActuator) -> std::result::Result<Self, BadInput> {
+        let bad = |e: serde_json::Error| BadInput::new("rivals", "those of arm fit neural", e.to_string());
+        let rivals: Self = json::from_value(&actuator.details["rivals"].clone()).map_err(bad)?;
+        let features = &actuator.features;
+        let m = features.motors();
+        if [rivals.lag.lag.len(), rivals.lag.droop.len()] != [m; 2] {
+            let found = format!("{} and {}", rivals.lag.lag.len(), rivals.lag.droop.len());
+            return Err(BadInput::new("rivals: lag_and_droop", format!("{m} of both"), found));
+        }
+        rivals.servo.check(features).map_err(|bad| bad.within("rivals"))?;
+        let observers = rivals.observers.as_ref().map_or(Ok(()), |own| own.check(features.joints));
+        observers.map_err(|bad| bad.within("rivals: observers"))?;
+        Ok(rivals)
+    }
+}
+
+/// Which network is trained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// That in the loop.
+    Loop,
+    /// That of force, contact and condition.
+    Sensing,
+}
+
+/// Where a training stands between runs, and who gets its reports.
+pub struct ActuatorSession<'a> {
+    /// Names of the training's recordings, which identify it.
+    pub recordings: &'a [String],
+    /// Files to go on from, of both networks.
+    pub files: [&'a Path; 2],
+    /// Gets the progress; ends the training where it returns false.
+    pub progress: &'a mut dyn FnMut(Stage, &TrainingProgress) -> bool,
+}
+
+/// Result of a training: actuator, validation errors and learning curve.
+#[derive(Debug, Clone)]
+pub struct ActuatorFit {
+    /// With the best weights; its details are the baselines.
+    pub actuator: NeuralActuator,
+    /// Root mean square error of the joints in rollouts of the validation trajectories [deg].
+    pub validation: f64,
+    /// Loss of force, contact and condition there, where a network of their own was trained.
+    pub sensing_validation: Option<f64>,
+    /// Epochs done when the weights in the loop were found.
+    pub epochs: usize,
+    /// Of every epoch in the loop, the error in training and in validation.
+    pub curve: Vec<[f64; 2]>,
+    /// Steps that were simulated.
+    pub steps: u64,
+    /// False where it was ended before its time and can go on from its files.
+    pub is_finished: bool,
+}
+
+/// Trains an actuator of `model` on the first set of trajectories, and keeps what does best on the second.
+///
+/// # Errors
+/// `BadInput` for options out of range or trajectories that lack something; files of another training.
+pub fn fit_actuator(
+    model: &Model,
+    features: &Features,
+    sets: [&[Trajectory]; 2],
+    options: &ActuatorOptions,
+    session: &mut ActuatorSession<'_>,
+) -> Result<ActuatorFit> {
+    options.training.check()?;
+    options.motors.check()?;
+    let [training, _] = sets;
+    let alone = SimulationOptions::without_servo(&options.motors, options.period);
+    let simulation = Simulation::new(model, features, &alone)?;
+    let rows = training.iter().flat_map(|one| one.inputs.chunks_exact(features.len()));
+    let scale = InputScale::of(features, rows)?;
+    let arm = options.sensing.as_ref().map(|_| observed_arm(model, features.joints)).transpose()?;
+    let observe = |arm: &Model| identified_observers(arm, (features, options.period), training);
+    let rivals = Rivals {
+        lag: LagAndDroop::fit(simulation.model(), features, training)?,
+        servo: ServoModel::fit(model, (features, options.period, &options.motors), training, &|_, _| true)?,
+        observers: arm.as_ref().map(observe).transpose()?,
+    };
+    let mut network = Transformer::<f32>::new(&options.shape(features), options.training.seed)?;
+    let driven = match options.prior {
+        Prior::None => None,
+        Prior::Servo => Some(SimulationOptions::with_servo(&rivals.servo, options.period)),
+        Prior::Drive => {
+            let missing = || BadInput::new("drive", "one, for a drive in the loop", "none");
+            let drive = options.drive.as_ref().ok_or_else(missing)?;
+            Some(SimulationOptions::with_drive(drive, &options.motors, options.period))
+        }
+    };
+    let mut simulation = simulation;
+    if let Some(driven) = driven {
+        simulation = Simulation::new(model, features, &driven)?;
+        network = network.with_silent_head(Heads::TORQUE);
+    }
+    let currents = CurrentModel::fit(features, training)?;
+    let mut task = NeuralTask::new(&options.training, (&simulation, &scale, &currents), sets)?;
+    let identity = json!({
+        "shape": hysteron_learn::TrainableModel::shape(&network), "options": options.training, "simulation": simulation.options(),
+        "features": features, "recordings": session.recordings,
+    });
+    let mut listener = |p: &TrainingProgress| (session.progress)(Stage::Loop, p);
+    let mut own = TrainingSession { file: Some(session.files[0]), progress: &mut listener };
+    let found = fit(&mut task, network, &identity, &mut own)?;
+    let steps = task.steps;
+    let (mut sensing, mut sensing_validation, mut is_finished) = (None, None, found.is_finished);
+    if let (true, Some(arm), Some(trained), Some(observers)) =
+        (is_finished, &arm, &options.sensing, &rivals.observers)
+    {
+        let about = (arm, features, options.period);
+        match fit_sensing(about, observers, sets, trained, session) {
+            Ok((own, found)) => {
+                is_finished = found.is_finished;
+                sensing_validation = Some(found.validation);
+                sensing = Some(own);
+            }
+            // Ended before its first epoch: the network in the loop is whole.
+            Err(Error::NothingTrained) => is_finished = false,
+            Err(error) => return Err(error),
+        }
+    }
+    let names = model.joints().iter().take(features.joints).map(|joint| joint.name.clone()).collect();
+    let actuator = NeuralActuator {
+        network: found.model,
+        features: *features,
+        scale,
+        simulation: simulation.options().clone(),
+        joints: names,
+        currents,
+        sensing,
+        contact: options.training.loss.contact,
+        details: json!({ "rivals": rivals }),
+    };
+    let (validation, epochs, curve) = (found.validation, found.epochs, found.curve);
+    Ok(ActuatorFit { actuator, validation, sensing_validation, epochs, curve, steps, is_finished })
+}
+
+/// Trains the network of force, contact and condition on `sets` (training, validation); `arm` is as
+/// [`hysteron_arm_estimation::servo_force::observed_arm`] gives it, samples lie `period` apart [s].
+///
+/// # Errors
+/// `BadInput` where nothing can be learned from the sets, a damaged or foreign state of a training, or a card that does not answer.
+pub fn fit_sensing(
+    (arm, features, period): (&Model, &Features, f64),
+    observers: &Observers,
+    sets: [&[Trajectory]; 2],
+    options: &SensingOptions,
+    session: &mut ActuatorSession<'_>,
+) -> Result<(Sensing, FitResult<Transformer<f32>>)> {
+    let known = IdentifiedArm::identify(arm, (features, &observers.drive, period), sets[0])?;
+    let task = SensingTask::new(options, arm, (features, &known, period), sets)?;
+    let mut task = task.on(DeviceCard::first()?);
+    let network = Transformer::<f32>::new(&options.shape(features), options.seed)?;
+    let identity = json!({
+        "options": options, "features": features, "observers": observers, "recordings": session.recordings,
+    });
+    let mut listener = |p: &TrainingProgress| (session.progress)(Stage::Sensing, p);
+    let mut own = TrainingSession { file: Some(session.files[1]), progress: &mut listener };
+    let found = fit(&mut task, network, &identity, &mut own)?;
+    let sensing = Sensing { network: found.model.clone(), scale: task.scale().clone(), known };
+    Ok((sensing, found))
+}

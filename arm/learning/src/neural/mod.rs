@@ -1,0 +1,68 @@
+//! Actuators learned from telemetry, as NeuralActuator has them: torques that move a simulated arm as the recorded one
+//! moved, forces on its tip, and the condition of a motor. Equations and protocol: `docs/neural-actuator.md`.
+
+mod actuator;
+mod adapt;
+mod closed_loop;
+mod compare;
+mod comparison_scores;
+mod condition;
+mod current;
+mod data;
+mod evaluate;
+mod features;
+mod fit;
+mod heading;
+mod health;
+mod heat;
+mod live;
+mod loss;
+mod motors;
+mod mover;
+mod observations;
+mod rivals;
+mod segment;
+mod sensing;
+#[cfg(test)]
+mod sensing_tests;
+mod sensing_training;
+mod servo;
+#[cfg(test)]
+mod servo_tests;
+mod simulation;
+mod supervised;
+#[cfg(test)]
+mod tests;
+mod training;
+mod warm_start;
+
+pub use actuator::NeuralActuator;
+pub use closed_loop::{ClosedLoop, LoopGradient};
+pub use compare::Comparison;
+pub use comparison_scores::{
+    ActuatorComparison, ByHorizon, ByMethod, ComparisonFormat, FORCES, ForceSource, ForcesBySource, HORIZONS,
+    METHODS, TaskScores, TaskTrace,
+};
+pub use condition::{ConditionSaid, DetectorScores, EVIDENCE, detectors};
+pub use current::CurrentModel;
+pub use data::{MIN_ROWS, Trajectory, Unlabelled, gripper_of, trajectory_of};
+pub use evaluate::{
+    ForceScores, PoseScores, Rollout, area_under_curve, condition_scores, force_scores, pose_scores, roll_out,
+};
+pub use features::{Features, GripperAxis, InputScale};
+pub use fit::{
+    ActuatorFit, ActuatorOptions, ActuatorSession, Prior, Rivals, Stage, fit_actuator, fit_sensing,
+};
+pub use health::HealthModel;
+pub use live::{Estimator, ServoTelemetry};
+pub use loss::{CONTACT, Heads, LossParts, LossWeights, Totals, length, wrap};
+pub use motors::Motors;
+pub use observations::{IdentifiedArm, Observed, telemetry};
+pub use rivals::{LagAndDroop, Positions, copied_goal};
+pub use segment::{Segment, Telemetry};
+pub use sensing::{Sensed, SensedNow, Sensing, SensingRunner};
+pub use sensing_training::{SensingOptions, SensingTask, identified_observers};
+pub use servo::ServoModel;
+pub use simulation::{Asked, Simulation, SimulationOptions};
+pub use training::{NeuralOptions, NeuralTask, horizon_gradient};
+pub use warm_start::torques_of;
