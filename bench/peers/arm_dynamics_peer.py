@@ -1,6 +1,6 @@
 """Rigid-body dynamics beside Pinocchio's C++ and MuJoCo's C, on the Panda with its fingers locked: calls per second on one core.
 
-    cargo build --release -p hysteron-arm --example dynamics_rates
+    cargo build --release -p hysteron-arm-dynamics --example dynamics_rates
     python3 bench/peers/arm_dynamics_peer.py [--example FILE] [--flags FLAGS]
 
 Needs g++, and for headers and libraries the wheels `pin` and `cmeel-eigen`, and `mujoco`; says "skipped" by name what is missing. All
@@ -16,7 +16,7 @@ import subprocess
 import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
-ROBOT = HERE.parent.parent / "arm/robots/panda.urdf"
+ROBOT = HERE.parent.parent / "arm/dynamics/robots/panda.urdf"
 LOCKED = ["panda_finger_joint1", "panda_finger_joint2"]
 # What Pinocchio's own build sets: more than twenty kinds of joints, functions of ten arguments.
 BOOST = [

@@ -1,6 +1,6 @@
 """Rollouts and their gradients beside MJX on the same processor, on OpenManipulator-X with its gripper locked: data steps per second.
 
-    cargo build --release -p hysteron-arm --example dynamics_rates
+    cargo build --release -p hysteron-arm-dynamics --example dynamics_rates
     python3 bench/peers/arm_rollouts_peer.py [--example FILE]
 
 256 trajectories of 25 steps of 10 ms, each in four parts, semi-implicit Euler; the gradient is that of the sum of all states by all
@@ -16,7 +16,7 @@ import subprocess
 import time
 
 HERE = pathlib.Path(__file__).resolve().parent
-ROBOT = HERE.parent.parent / "arm/robots/open_manipulator_x.urdf"
+ROBOT = HERE.parent.parent / "arm/dynamics/robots/open_manipulator_x.urdf"
 LOCKED = ["gripper_left_joint", "gripper_right_joint"]
 TRAJECTORIES, STEPS, PARTS, PERIOD = 256, 25, 4, 0.01
 

@@ -1,7 +1,7 @@
 """A structured Lagrangian (DeLaN) of seven joints and 2 x 128 units beside the same model in JAX: a step of training on 512
 samples (loss, gradient, Adam), and the torque of one sample.
 
-    cargo build --release -p hysteron-arm --examples
+    cargo build --release -p hysteron-arm-learning --examples
     python3 bench/peers/delan_peer.py [--rounds N] [--cores N] [--example FILE]
 
 Both in single precision and on the same work: batches of 512 drawn from 10 240 samples, the mean of the 20 steps that go through them once,

@@ -1,6 +1,6 @@
 """Training of an actuator through the simulated arm beside MJX with the same network: simulated steps per second, forward and back.
 
-    cargo build --release -p hysteron-arm --example neural_rates
+    cargo build --release -p hysteron-arm-learning --example neural_rates
     python3 bench/peers/neural_training_peer.py [--example FILE] [--rollouts N,...]
 
 The network has the sizes of NeuralActuator's release (width 192, 4 layers, 9 tokens), in both forms: the published one looks at a window

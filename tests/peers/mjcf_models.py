@@ -1,7 +1,7 @@
 """MJCF files that Python packages carry, beside MuJoCo's inverse dynamics; by hand, because the packages have 700 MB:
 
     pip install mujoco==4.0.0 && pip install --no-deps robosuite gymnasium-robotics dm_control metaworld
-    cargo build --release -p hysteron-arm --example robot_torques
+    cargo build --release -p hysteron-arm-dynamics --example robot_torques
     python tests/peers/mjcf_models.py target/release/hysteron FOLDER... [--csv FILE]
 
 Every file below a folder that MuJoCo loads and that has hinges and slides alone is either equal to MuJoCo (constraint forces switched off) or

@@ -21,7 +21,7 @@ import pyigtl
 # pyigtl and our code hold values as 32-bit floats [mm, -].
 POSITION_MM = 2e-5 * 2
 ROTATION = 1e-6
-PRESET = pathlib.Path(__file__).parents[2] / "rig/presets/mild.toml"
+PRESET = pathlib.Path(__file__).parents[2] / "rig/virtual/presets/mild.toml"
 OPERATING_MODE, TORQUE, P_GAIN, GOAL, PRESENT = 11, 64, 84, 116, 132
 # The servo that is wound, and the way it winds.
 SERVO, WINDS = 1, 1

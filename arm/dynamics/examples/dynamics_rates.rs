@@ -1,6 +1,6 @@
 //! Calls per second of the arm's algorithms on a URDF, as one JSON object: single calls, and states in batches of lanes.
 //!
-//!     cargo run --release -p hysteron-arm --example dynamics_rates -- arm/robots/panda.urdf [LOCKED_JOINT…]
+//!     cargo run --release -p hysteron-arm-dynamics --example dynamics_rates -- arm/dynamics/robots/panda.urdf [LOCKED_JOINT…]
 //!
 //! Processor time of one core, the best of seven rounds. `bench/peers/arm_dynamics_peer.py` runs it next to
 //! other programs.

@@ -1,6 +1,6 @@
 //! Time of a streaming step of every estimator of external torques, on the Panda's seven joints, as one JSON object [ns].
 //!
-//!     cargo run --release -p hysteron-arm --example observer_rates
+//!     cargo run --release -p hysteron-arm-estimation --example observer_rates
 //!
 //! Processor time of one core, the best of seven rounds.
 
@@ -10,7 +10,6 @@ use std::time::Duration;
 use hysteron_actuator::law::{Law, SymmetricStribeck};
 use hysteron_arm_dynamics::*;
 use hysteron_arm_estimation::observer::*;
-use hysteron_arm_estimation::*;
 use rustix::time::{ClockId, clock_gettime};
 
 const SAMPLES: usize = 512;

@@ -1,6 +1,6 @@
 //! Bodies and friction of real arms identified, and tested on motions that were not fitted.
 //!
-//!     HYSTERON_DATA=../shared/data cargo run --release -p hysteron-arm --example identify_bodies [-- metrics.json]
+//!     HYSTERON_DATA=../shared/data cargo run --release -p hysteron-arm-learning --example identify_bodies [-- metrics.json]
 //!
 //! Data: Panda of Gaz et al. (RA-L 2019); Baxter of Valencia-Vidal et al. (2023); KUKA LWR4+ of FloBaRoID; UR10e of Mamedov.
 #![allow(clippy::print_stdout)] // this program prints tables

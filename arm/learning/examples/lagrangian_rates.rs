@@ -1,7 +1,7 @@
 //! Times of a structured Lagrangian (DeLaN) of seven joints and 2 × 128 units, as one JSON object: the torque of one sample, and
 //! a step of training on 512 samples (loss, gradient, Adam).
 //!
-//!     cargo run --release -p hysteron-arm --example lagrangian_rates
+//!     cargo run --release -p hysteron-arm-learning --example lagrangian_rates
 //!
 //! Processor time, the best of several rounds; with RAYON_NUM_THREADS=1 that of one core. Of a step of training also the time by the
 //! clock, which is shorter where there are more cores. `bench/peers/delan_peer.py` runs it next to JAX.

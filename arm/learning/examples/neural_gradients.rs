@@ -1,6 +1,6 @@
 //! Gradients of a trained actuator by horizon (table II of NeuralActuator).
 //!
-//!     cargo run --release -p hysteron-arm --example neural_gradients -- ACTUATOR REC...
+//!     cargo run --release -p hysteron-arm-learning --example neural_gradients -- ACTUATOR REC...
 #![allow(clippy::print_stdout)] // an example prints
 
 use std::path::PathBuf;

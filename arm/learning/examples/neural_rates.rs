@@ -1,7 +1,7 @@
 //! Training of an actuator through the simulated arm at the published sizes: simulated steps a second, forward and back, as one
 //! JSON object. `bench/peers/neural_training_peer.py` runs it next to MJX with the same network.
 //!
-//!     cargo run --release -p hysteron-arm --example neural_rates
+//!     cargo run --release -p hysteron-arm-learning --example neural_rates
 //!
 //! Torques come from the network alone, as published. Processor time, the best of several rounds; with RAYON_NUM_THREADS=1 that of one
 //! core. `-- streaming` or `-- published` asks for one form alone, for a profiler.

@@ -22,6 +22,11 @@ pub fn file(name: &str) -> PathBuf {
         .unwrap()
 }
 
+/// Text of a file in the folder `robot_files`: robot files as people have them, and `urdf.json`, their values by Pinocchio.
+pub fn robot_file(name: &str) -> String {
+    std::fs::read_to_string(dynamics().join("tests/data/robot_files").join(name)).unwrap()
+}
+
 /// The robot `name`.
 pub fn model(name: &str) -> Model {
     Model::read(&file(name)).unwrap()

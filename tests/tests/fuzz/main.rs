@@ -3,7 +3,7 @@
 //!
 //! A few hundred cases each are drawn in every run; `HYSTERON_FUZZ_CASES=1000000` draws a million each, and
 //! `HYSTERON_FUZZ_S=600` ends each after ten minutes and says how far it came. Rigs, calibrations, journals, buses and
-//! trackers have theirs in `rig/tests/it/fuzz`, tables and scenes in `core/base/tests/fuzz`, drives in `actuator/tests/it`, studies next to
+//! trackers have theirs in `rig/virtual/tests/it/fuzz`, tables and scenes in `core/base/tests/fuzz`, drives in `actuator/tests/it`, studies next to
 //! their reader.
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands

@@ -6,7 +6,7 @@ use hysteron_tests::{measured, names_in, root, run};
 /// A place like the root of the repository, with what the page on arms reads.
 fn place() -> tempfile::TempDir {
     let place = tempfile::tempdir().unwrap();
-    for folder in ["arm/robots", "arm/tests/data"] {
+    for folder in ["arm/dynamics/robots", "arm/dynamics/tests/data"] {
         std::fs::create_dir_all(place.path().join(folder)).unwrap();
         for name in names_in(&root().join(folder)) {
             let at = root().join(folder).join(&name);
@@ -94,7 +94,7 @@ fn a_robot_is_exported_and_read_again() {
 #[test]
 fn no_input_is_written_over_and_no_result_of_another_command() {
     let place = place();
-    let torques = "arm/tests/data/torques.csv";
+    let torques = "arm/dynamics/tests/data/torques.csv";
     let simulate = |more: &[&str]| {
         run(place.path(), &[&["arm", "simulate", "three-link", "--torques", torques], more].concat())
     };

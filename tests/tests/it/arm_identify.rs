@@ -308,7 +308,7 @@ fn a_servo_is_identified_and_wrong_drives_are_refused() {
     }
 }
 
-const PENDULUM: &str = include_str!("../../../arm/tests/data/pendulum.urdf");
+const PENDULUM: &str = include_str!("../../../arm/learning/tests/data/pendulum.urdf");
 
 #[test]
 fn logs_without_currents_at_two_gains_become_a_neural_actuator() {

@@ -171,7 +171,7 @@ fn verbs_of_arms_end_when_asked() {
     let run = |line: &str| {
         hysteron_tests::run(place.path(), &line.split_whitespace().collect::<Vec<_>>()).succeeded();
     };
-    let torques = root().join("arm/tests/data/torques.csv");
+    let torques = root().join("arm/dynamics/tests/data/torques.csv");
     std::fs::copy(torques, place.path().join("torques.csv")).unwrap();
     run("arm simulate three-link --torques torques.csv --start 0.3,-0.4,0.5 --out motion.csv");
     run("arm generate --subsets force_unlabeled --splits train,validation --trajectories 2 --out nad");

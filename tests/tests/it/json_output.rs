@@ -76,7 +76,8 @@ fn verbs_of_tendon_robots_print_their_metrics() {
 #[test]
 fn verbs_of_arms_print_their_metrics() {
     let place = Workplace::new();
-    std::fs::copy(root().join("arm/tests/data/torques.csv"), place.path().join("torques.csv")).unwrap();
+    std::fs::copy(root().join("arm/dynamics/tests/data/torques.csv"), place.path().join("torques.csv"))
+        .unwrap();
     for (line, folder) in [
         (
             "arm simulate three-link --torques torques.csv --start 0.3,-0.4,0.5 --out motion.csv --figures motion",

@@ -180,7 +180,7 @@ fn place() -> Workplace {
     place.simulate("more.csv", "rec2.csv").succeeded();
     place.write_circle("strokes.csv", 120);
     place.simulate("strokes.csv", "rec.csv").succeeded();
-    let torques = std::fs::read(root().join("arm/tests/data/torques.csv")).unwrap();
+    let torques = std::fs::read(root().join("arm/dynamics/tests/data/torques.csv")).unwrap();
     place.write("torques.csv", torques);
     let run = |line: &str| {
         place.run(&line.split_whitespace().collect::<Vec<_>>()).succeeded();

@@ -15,7 +15,7 @@ const SOUND: f64 = 100.0 * 0.045 / 1.445;
 
 /// Writes a rig like `typical` with another friction and play.
 fn rig(folder: &Path, name: &str, friction: f64, play: f64) -> String {
-    let text = std::fs::read_to_string(root().join("rig/presets/typical.toml")).unwrap();
+    let text = std::fs::read_to_string(root().join("rig/virtual/presets/typical.toml")).unwrap();
     assert!(text.contains(COULOMB) && text.contains(PLAY));
     let text = text.replace(COULOMB, &format!("coulomb_friction_n_m = {friction}"));
     let breakaway = "breakaway_friction_n_m = ";

@@ -120,7 +120,7 @@ fn every_command_of_readme_and_docs_runs_as_typed() {
         }
         // A place like the root of the repository, for each document its own.
         let place = tempfile::tempdir().unwrap();
-        for folder in ["meshes", "arm/robots"] {
+        for folder in ["meshes", "arm/dynamics/robots"] {
             copy(&root().join(folder), &place.path().join(folder));
         }
         for typed in commands {

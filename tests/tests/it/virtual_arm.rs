@@ -1,4 +1,4 @@
-//! The virtual arm compared with `hysteron-arm`, which shares no code with it, on equal parameters.
+//! The virtual arm compared with `hysteron-arm-dynamics`, which shares no code with it, on equal parameters.
 
 use std::path::Path;
 

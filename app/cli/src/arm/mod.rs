@@ -13,8 +13,8 @@ MODEL is a file of URDF, xacro or MJCF (docs/robot-files.md), or the name of a b
 
 Examples, from the root of the repository:
   hysteron arm info panda
-  hysteron arm check arm/robots/so101.urdf
-  hysteron arm info arm/tests/data/robot_files/floating_base.urdf --fix-base
+  hysteron arm check arm/dynamics/robots/so101.urdf
+  hysteron arm info arm/dynamics/tests/data/robot_files/floating_base.urdf --fix-base
 
 `hysteron arm VERB --help` shows what each reads and writes.
 

@@ -12,7 +12,9 @@ use super::run::{Asked, study_with};
 use super::{NeuralData, NeuralStudy, Sample, Split};
 use crate::StudyProgress;
 use hysteron_arm_dynamics::Model;
-use hysteron_arm_learning::neural::{ActuatorOptions, EVIDENCE, SensingOptions};
+use hysteron_arm_learning::neural::{
+    ActuatorOptions, EVIDENCE, Features, SensingOptions, Trajectory, Unlabelled, trajectory_of,
+};
 
 fn features() -> Features {
     Features { joints: JOINTS, gripper: None }

@@ -197,7 +197,7 @@ fn replicas_are_what_their_copies_would_be() {
 
 #[test]
 fn the_page_has_the_table_of_the_reader() {
-    let page = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/robot-files.md");
+    let page = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/robot-files.md");
     let page = std::fs::read_to_string(page).unwrap();
     assert!(page.contains(&Model::mjcf_table()), "cargo run --release --example robot_torques -- --table");
 }

@@ -2,14 +2,8 @@
 //! or refused.
 
 use hysteron_arm_dynamics::*;
-use hysteron_base::{Channel, Metadata, Recording};
-use serde_json::Value;
 
-use hysteron_arm_fixtures::robots::assert_close;
-
-fn text(name: &str) -> String {
-    std::fs::read_to_string(format!("{}/tests/data/robot_files/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
-}
+use hysteron_arm_fixtures::robots::robot_file;
 
 fn read(text: &str, options: &ReadOptions) -> Model {
     Model::from_text_with(text, "r.urdf", None, options).unwrap()
@@ -19,76 +13,14 @@ fn refusal(text: &str) -> String {
     Model::from_urdf(text, "r.urdf").expect_err("accepted").to_string()
 }
 
-fn numbers(value: &Value) -> Vec<f64> {
-    match value {
-        Value::Array(items) => items.iter().flat_map(numbers).collect(),
-        other => vec![other.as_f64().unwrap()],
-    }
-}
-
 const FIXED: ReadOptions =
     ReadOptions { base: Base::Fixed, masses: Masses::Definite, arguments: Arguments::new() };
 const ANY: ReadOptions =
     ReadOptions { base: Base::AsInFile, masses: Masses::Any, arguments: Arguments::new() };
 
-/// Torques and their derivatives as a table has them, in SI and in the millimetres of CSV.
-#[test]
-fn torques_and_derivatives_are_those_of_pinocchio_in_every_unit() {
-    let expected: Value = hysteron_base::json::from_text(text("urdf.json")).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    for name in ["hinge_slide.urdf", "massless_between.urdf"] {
-        let model = read(&text(name), &ReadOptions::default());
-        let rows = expected[name]["rows"].as_array().unwrap();
-        let column = |key: &str, joint: usize| rows.iter().map(|row| numbers(&row[key])[joint]).collect();
-        let channels =
-            [(Quantity::Position, "q"), (Quantity::Velocity, "dq"), (Quantity::Acceleration, "ddq")]
-                .iter()
-                .flat_map(|(quantity, key)| {
-                    (0..2)
-                        .map(|j| Channel::new(channel_name(&model, *quantity, j), column(key, j)))
-                        .collect::<Vec<_>>()
-                })
-                .collect();
-        let time = (0..rows.len()).map(|k| k as f64).collect();
-        let states = Recording::new(time, channels, Vec::new(), Metadata::default()).unwrap();
-        let wanted = Wanted { frame: 0, derivatives: true };
-        let table = dynamics_of_rows(&model, &states, wanted, Metadata::default()).unwrap();
-        assert_eq!(table.channels().len() + 2, columns_of_dynamics(2, true, true));
-        let [csv, parquet] = ["csv", "parquet"].map(|ending| folder.path().join(format!("{name}.{ending}")));
-        table.write(&csv).unwrap();
-        table.write(&parquet).unwrap();
-        let mut lines = std::fs::read_to_string(&csv).unwrap();
-        lines = lines.lines().filter(|line| !line.starts_with('#')).collect::<Vec<_>>().join("\n");
-        let header: Vec<&str> = lines.lines().next().unwrap().split(',').collect();
-        let slides = |j: usize| model.joints()[j].kind == JointKind::Prismatic;
-        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-            let torque = if slides(i) { "n" } else { "n_m" };
-            let [si, typed] = if slides(j) { ["m", "mm"] } else { ["rad", "rad"] };
-            let stem = format!("tau_{}_by_q_{}_{torque}_per", i + 1, j + 1);
-            let slopes: Vec<f64> = rows.iter().map(|row| numbers(&row["dtau_dq"])[2 * i + j]).collect();
-            for file in [&csv, &parquet] {
-                let back = Recording::read(file).unwrap();
-                let found = back.require(&format!("{stem}_{si}")).unwrap().to_vec();
-                assert!(found.iter().zip(&slopes).all(|(a, b)| (a - b).abs() < 1e-12), "{name}: {stem}");
-            }
-            let at = header.iter().position(|column| *column == format!("{stem}_{typed}")).unwrap();
-            for (line, slope) in lines.lines().skip(1).zip(&slopes) {
-                let shown: f64 = line.split(',').nth(at).unwrap().parse().unwrap();
-                let scale = if slides(j) { 1e-3 } else { 1.0 };
-                assert!((shown - scale * slope).abs() < 1e-12, "{stem}_{typed}: {shown}");
-            }
-        }
-        for joint in 0..2 {
-            let tau = table.require(&channel_name(&model, Quantity::Torque, joint)).unwrap();
-            let expected: Vec<f64> = column("tau", joint);
-            assert_close(name, tau, &expected, 1e-12);
-        }
-    }
-}
-
 #[test]
 fn a_robot_that_floats_is_held_where_that_is_asked_for() {
-    let floating = text("floating_base.urdf");
+    let floating = robot_file("floating_base.urdf");
     let error = refusal(&floating);
     assert!(error.contains("joint[f]") && error.contains("which is floating"), "{error}");
     assert!(error.contains("--fix-base"), "{error}");
@@ -101,14 +33,14 @@ fn a_robot_that_floats_is_held_where_that_is_asked_for() {
     assert!(refusal(&planar).contains("which is planar") && read(&planar, &FIXED).n_joints() == 1);
     // A robot that does not float is the same.
     assert_eq!(
-        read(&text("hinge_slide.urdf"), &FIXED),
-        read(&text("hinge_slide.urdf"), &ReadOptions::default())
+        read(&robot_file("hinge_slide.urdf"), &FIXED),
+        read(&robot_file("hinge_slide.urdf"), &ReadOptions::default())
     );
 }
 
 #[test]
 fn only_what_determines_no_acceleration_needs_mass() {
-    let between = text("massless_between.urdf");
+    let between = robot_file("massless_between.urdf");
     // Both axes the same: nothing resists the first joint.
     let parallel =
         between.replace("0 0 1\"/><limit", "0 1 0\"/><limit").replace("xyz=\"0 0 0.1\"", "xyz=\"0 0 0\"");
@@ -128,7 +60,7 @@ fn only_what_determines_no_acceleration_needs_mass() {
 
 #[test]
 fn a_tensor_is_measured_against_what_its_mass_can_have() {
-    let hinge = text("hinge_slide.urdf");
+    let hinge = robot_file("hinge_slide.urdf");
     let tensor = "ixx=\"0.002\" ixy=\"0\" ixz=\"0\" iyy=\"0.002\" iyz=\"0\" izz=\"0.001\"";
     let with = |link: usize, other: &str| {
         let parts: Vec<&str> = hinge.split(tensor).collect();
@@ -154,7 +86,7 @@ fn a_tensor_is_measured_against_what_its_mass_can_have() {
 
 #[test]
 fn limits_that_are_degrees_are_suspected() {
-    let hinge = text("hinge_slide.urdf");
+    let hinge = robot_file("hinge_slide.urdf");
     let model = read(
         &hinge.replace("lower=\"-1.5\" upper=\"1.5\"", "lower=\"-90\" upper=\"90\""),
         &ReadOptions::default(),
@@ -168,7 +100,7 @@ fn limits_that_are_degrees_are_suspected() {
 
 #[test]
 fn what_is_no_urdf_is_named_once_and_slips_are_refused() {
-    let hinge = text("hinge_slide.urdf");
+    let hinge = robot_file("hinge_slide.urdf");
     let with = |more: &str| hinge.replace("</robot>", &format!("{more}</robot>"));
     let silent = "<gazebo reference=\"l1\"><x/></gazebo><transmission/><material name=\"m\"/>";
     assert!(read(&with(silent), &ReadOptions::default()).notes().warnings.is_empty());
@@ -195,7 +127,7 @@ fn what_is_no_urdf_is_named_once_and_slips_are_refused() {
 #[test]
 fn large_files_are_read_or_refused_at_once() {
     let start = std::time::Instant::now();
-    let mut text = text("hinge_slide.urdf").replace("</robot>", "");
+    let mut text = robot_file("hinge_slide.urdf").replace("</robot>", "");
     for k in 0..20_000 {
         text.push_str(&format!(
             "<link name=\"x{k}\"/>\n<joint name=\"x{k}\" type=\"fixed\"><parent link=\"l2\"/><child link=\"x{k}\"/></joint>\n"
@@ -217,7 +149,7 @@ fn large_files_are_read_or_refused_at_once() {
 #[test]
 fn the_page_on_robot_files_says_what_the_reader_of_urdf_does() {
     let page =
-        std::fs::read_to_string(format!("{}/../docs/robot-files.md", env!("CARGO_MANIFEST_DIR"))).unwrap();
+        std::fs::read_to_string(format!("{}/../../docs/robot-files.md", env!("CARGO_MANIFEST_DIR"))).unwrap();
     for row in Model::urdf_table().lines() {
         assert!(page.contains(row), "{row}");
     }
@@ -226,7 +158,7 @@ fn the_page_on_robot_files_says_what_the_reader_of_urdf_does() {
 /// A number that no machine has is refused where it stands, with the range.
 #[test]
 fn numbers_beyond_belief_are_refused() {
-    let hinge = text("hinge_slide.urdf");
+    let hinge = robot_file("hinge_slide.urdf");
     for (from, to, range) in [
         ("<origin xyz=\"0 0 0.1\"/>", "<origin xyz=\"0 0 1e300\"/>", "at most 1000 m"),
         ("<origin xyz=\"0 0 0.05\"/>", "<origin xyz=\"0 0 1e300\"/>", "at most 1000 m"),

@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use hysteron_arm_dynamics::*;
 use hysteron_arm_estimation::*;
 use hysteron_base::{Error, Metadata, Recording};
 use hysteron_fuzz::text::{slipped, slips};
@@ -77,7 +76,7 @@ const TIME_MAX: Duration = Duration::from_secs(1);
 
 #[test]
 fn no_damage_to_a_file_of_another_program_does_harm() {
-    let tables = Path::new(env!("CARGO_MANIFEST_DIR")).join("../core/base/tests/data/tables");
+    let tables = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../core/base/tests/data/tables");
     let mut paths: Vec<_> = std::fs::read_dir(tables).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.retain(|path| path.extension().is_some_and(|extension| extension != "toml" && extension != "py"));
     paths.sort();

@@ -3,8 +3,9 @@
 use hysteron_arm_dynamics::*;
 use hysteron_arm_estimation::*;
 use hysteron_base::{Channel, Metadata, Recording};
+use serde_json::Value;
 
-use hysteron_arm_fixtures::robots::{assert_close, model, reference};
+use hysteron_arm_fixtures::robots::{assert_close, model, reference, robot_file};
 
 fn recording(channels: Vec<(String, Vec<f64>)>) -> Recording {
     let n = channels[0].1.len();
@@ -146,4 +147,67 @@ fn a_motion_under_the_torques_of_gravity_stays_at_rest() {
     assert_close("coordinates", &q[3 * 49..], &start, 1e-9);
     assert!(motion_under_torques(&model, &torques, &start[..2], 4, Metadata::default()).is_err());
     assert!(motion_under_torques(&model, &torques, &[0.0, f64::NAN, 0.0], 4, Metadata::default()).is_err());
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Array(items) => items.iter().flat_map(numbers).collect(),
+        other => vec![other.as_f64().unwrap()],
+    }
+}
+
+/// Torques and their derivatives as a table has them, in SI and in the millimetres of CSV.
+#[test]
+fn torques_and_derivatives_are_those_of_pinocchio_in_every_unit() {
+    let expected: Value = hysteron_base::json::from_text(robot_file("urdf.json")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["hinge_slide.urdf", "massless_between.urdf"] {
+        let model =
+            Model::from_text_with(&robot_file(name), "r.urdf", None, &ReadOptions::default()).unwrap();
+        let rows = expected[name]["rows"].as_array().unwrap();
+        let column = |key: &str, joint: usize| rows.iter().map(|row| numbers(&row[key])[joint]).collect();
+        let channels =
+            [(Quantity::Position, "q"), (Quantity::Velocity, "dq"), (Quantity::Acceleration, "ddq")]
+                .iter()
+                .flat_map(|(quantity, key)| {
+                    (0..2)
+                        .map(|j| Channel::new(channel_name(&model, *quantity, j), column(key, j)))
+                        .collect::<Vec<_>>()
+                })
+                .collect();
+        let time = (0..rows.len()).map(|k| k as f64).collect();
+        let states = Recording::new(time, channels, Vec::new(), Metadata::default()).unwrap();
+        let wanted = Wanted { frame: 0, derivatives: true };
+        let table = dynamics_of_rows(&model, &states, wanted, Metadata::default()).unwrap();
+        assert_eq!(table.channels().len() + 2, columns_of_dynamics(2, true, true));
+        let [csv, parquet] = ["csv", "parquet"].map(|ending| folder.path().join(format!("{name}.{ending}")));
+        table.write(&csv).unwrap();
+        table.write(&parquet).unwrap();
+        let mut lines = std::fs::read_to_string(&csv).unwrap();
+        lines = lines.lines().filter(|line| !line.starts_with('#')).collect::<Vec<_>>().join("\n");
+        let header: Vec<&str> = lines.lines().next().unwrap().split(',').collect();
+        let slides = |j: usize| model.joints()[j].kind == JointKind::Prismatic;
+        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let torque = if slides(i) { "n" } else { "n_m" };
+            let [si, typed] = if slides(j) { ["m", "mm"] } else { ["rad", "rad"] };
+            let stem = format!("tau_{}_by_q_{}_{torque}_per", i + 1, j + 1);
+            let slopes: Vec<f64> = rows.iter().map(|row| numbers(&row["dtau_dq"])[2 * i + j]).collect();
+            for file in [&csv, &parquet] {
+                let back = Recording::read(file).unwrap();
+                let found = back.require(&format!("{stem}_{si}")).unwrap().to_vec();
+                assert!(found.iter().zip(&slopes).all(|(a, b)| (a - b).abs() < 1e-12), "{name}: {stem}");
+            }
+            let at = header.iter().position(|column| *column == format!("{stem}_{typed}")).unwrap();
+            for (line, slope) in lines.lines().skip(1).zip(&slopes) {
+                let shown: f64 = line.split(',').nth(at).unwrap().parse().unwrap();
+                let scale = if slides(j) { 1e-3 } else { 1.0 };
+                assert!((shown - scale * slope).abs() < 1e-12, "{stem}_{typed}: {shown}");
+            }
+        }
+        for joint in 0..2 {
+            let tau = table.require(&channel_name(&model, Quantity::Torque, joint)).unwrap();
+            let expected: Vec<f64> = column("tau", joint);
+            assert_close(name, tau, &expected, 1e-12);
+        }
+    }
 }

@@ -2,7 +2,6 @@
 
 use hysteron_arm_dynamics::*;
 use hysteron_arm_estimation::observer::*;
-use hysteron_arm_estimation::*;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::motion::{largest, panda, run, sines};

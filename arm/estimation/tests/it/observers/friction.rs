@@ -3,7 +3,6 @@
 use hysteron_actuator::law::{CoulombViscous, JointFriction, Law, LoadDependent, Sliding, SymmetricStribeck};
 use hysteron_arm_dynamics::*;
 use hysteron_arm_estimation::observer::*;
-use hysteron_arm_estimation::*;
 
 fn stribeck() -> (Law, Vec<f64>) {
     (Law::Stribeck(SymmetricStribeck), vec![3.0, 1.0, 0.1, 0.5])

@@ -4,7 +4,6 @@ use hysteron_actuator::filter::LowPass;
 use hysteron_actuator::law::{Law, SymmetricStribeck};
 use hysteron_arm_dynamics::*;
 use hysteron_arm_estimation::observer::*;
-use hysteron_arm_estimation::*;
 
 use super::motion::{panda, sines, torque_at};
 

@@ -2,7 +2,6 @@
 
 use hysteron_arm_dynamics::*;
 use hysteron_arm_estimation::observer::{Belief, TipForce};
-use hysteron_arm_estimation::*;
 use nalgebra::DMatrix;
 
 use super::motion::panda;
