@@ -20,6 +20,10 @@ const FAR: f64 = 1e3;
 /// Largest and smallest label without a power of ten.
 const LARGEST_LABEL: f64 = 1e5;
 const SMALLEST_LABEL: f64 = 1e-2;
+/// Most characters of a label: so many have room beside an axis.
+const LONGEST_LABEL: usize = 6;
+/// Widths of the range away from zero beyond which labels that are too long count from an offset.
+const AWAY: f64 = 5.0;
 
 /// A range with its ticks.
 #[derive(Clone)]
@@ -30,8 +34,8 @@ pub struct Axis {
     offset: f64,
     /// Power of ten that labels are divided by.
     exponent: i32,
-    /// Digits behind the point.
-    decimals: usize,
+    /// Power of ten of the step between ticks.
+    power: i32,
 }
 
 impl Axis {
@@ -48,31 +52,76 @@ impl Axis {
         })
     }
 
-    /// An axis whose ticks are a step apart, a factor 1, 2 or 5 and a power of ten.
+    /// An axis whose ticks are a step apart, a factor 1, 2 or 5 and a power of ten. Its labels are plain numbers where
+    /// these are short.
     fn with_step(range: &Range<f64>, step: impl Fn(f64, f64) -> (u8, i32)) -> Self {
         let range = drawable(range);
-        let span = range.end - range.start;
-        let offset = if range.start.abs().max(range.end.abs()) > FAR * span {
-            let round = 10f64.powi(span.log10().ceil() as i32);
-            (range.start / round).floor() * round
-        } else {
-            0.0
-        };
+        let (span, far) = (range.end - range.start, range.start.abs().max(range.end.abs()));
+        let round = 10f64.powi(span.log10().ceil() as i32);
+        let offset = (range.start / round).floor() * round;
+        let plain = (far <= FAR * span).then(|| Self::counted_from(0.0, &range, &step));
+        if let Some(plain) = plain.filter(Self::has_short_labels) {
+            return plain;
+        }
+        let counted = Self::counted_from(if far > AWAY * span { offset } else { 0.0 }, &range, &step);
+        if counted.has_short_labels() { counted } else { counted.in_powers_of_thousand() }
+    }
+
+    fn counted_from(offset: f64, range: &Range<f64>, step: impl Fn(f64, f64) -> (u8, i32)) -> Self {
         let (low, high) = (range.start - offset, range.end - offset);
         let (magnitude, power) = step(low, high);
         let step = f64::from(magnitude) * 10f64.powi(power);
         let first = (low / step).ceil();
-        let places: Vec<f64> = (0..count(low, high, step)).map(|k| (first + k as f64) * step).collect();
-        let largest = places.iter().fold(0.0, |most: f64, place| most.max(place.abs()));
-        let is_short = (SMALLEST_LABEL..LARGEST_LABEL).contains(&largest);
-        let exponent = if is_short { 0 } else { 3 * (largest.log10() / 3.0).floor() as i32 };
-        Self {
-            coordinate: range.into(),
-            ticks: places.iter().map(|place| (offset + place).clamp(low + offset, high + offset)).collect(),
-            offset,
-            exponent,
-            decimals: usize::try_from(exponent - power).unwrap_or(0),
+        let places = (0..count(low, high, step)).map(|k| (first + k as f64) * step);
+        let ticks = places.map(|place| (offset + place).clamp(low + offset, high + offset)).collect();
+        Self { coordinate: range.clone().into(), ticks, offset, exponent: 0, power }
+    }
+
+    fn in_powers_of_thousand(self) -> Self {
+        let exponent = 3 * (self.largest().log10() / 3.0).floor() as i32;
+        Self { exponent, ..self }
+    }
+
+    /// Largest number that a label counts.
+    fn largest(&self) -> f64 {
+        self.ticks.iter().fold(0.0, |most: f64, tick| most.max((tick - self.offset).abs()))
+    }
+
+    fn has_short_labels(&self) -> bool {
+        let is_short = |tick: &f64| self.label(*tick).chars().count() <= LONGEST_LABEL;
+        (SMALLEST_LABEL..LARGEST_LABEL).contains(&self.largest()) && self.ticks.iter().all(is_short)
+    }
+
+    /// The axis with fewer ticks where their labels, each so many pixels long, have no room on `length` pixels.
+    pub(crate) fn thinned(mut self, length: f64, size: impl Fn(&str) -> f64) -> Self {
+        let widest = self.ticks.iter().map(|tick| size(&self.label(*tick))).fold(0.0, f64::max);
+        let apart = match self.ticks[..] {
+            [first, second, ..] => (self.part(second) - self.part(first)) * length,
+            _ => return self,
+        };
+        let every = (widest / apart).ceil() as usize;
+        if every < 2 {
+            return self;
         }
+        // Zero stays, if it leaves another.
+        let n = self.ticks.len();
+        let zero = self.ticks.iter().position(|tick| (tick - self.offset).abs() < 1e-9 * self.largest());
+        let first = zero.map_or(0, |zero| zero % every);
+        let first = if first + every < n { first } else { 0 };
+        self.ticks = self.ticks.into_iter().skip(first).step_by(every).collect();
+        self
+    }
+
+    /// Place of a value between the ends, 0 to 1.
+    pub(crate) fn part(&self, value: f64) -> f64 {
+        let [low, high] = self.ends();
+        (value - low) / (high - low)
+    }
+
+    /// Values at both ends.
+    pub(crate) fn ends(&self) -> [f64; 2] {
+        let range = self.coordinate.range();
+        [range.start, range.end]
     }
 
     /// The axis' name, with what its labels are to be multiplied by and added to.
@@ -80,7 +129,12 @@ impl Axis {
         let factor = if self.exponent == 0 { String::new() } else { format!(" \u{d7} 1e{}", self.exponent) };
         let offset = match self.offset {
             0.0 => String::new(),
-            offset if offset.abs() < 1e9 => format!(" + {offset}"),
+            offset if offset.abs() < 1e9 => {
+                // A multiple of the power of ten above the range: more digits are rounding.
+                let [low, high] = self.ends();
+                let decimals = usize::try_from(-((high - low).log10().ceil() as i32)).unwrap_or(0);
+                format!(" + {offset:.decimals$}")
+            }
             offset => format!(" + {offset:e}"),
         };
         let count = format!("{factor}{offset}").replace("+ -", "- ").replace('-', "\u{2212}");
@@ -90,7 +144,8 @@ impl Axis {
     /// The label of a tick, with a true minus sign.
     pub fn label(&self, tick: f64) -> String {
         let value = (tick - self.offset) / 10f64.powi(self.exponent);
-        let text = format!("{value:.*}", self.decimals);
+        let decimals = usize::try_from(self.exponent - self.power).unwrap_or(0);
+        let text = format!("{value:.decimals$}");
         // Rounded to nothing from below.
         let is_zero = text.bytes().all(|byte| matches!(byte, b'-' | b'0' | b'.'));
         if is_zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "\u{2212}") }
@@ -171,7 +226,7 @@ mod tests {
         assert!(labels.len() <= most.max(8), "{range:?}, at most {most}: {labels:?}");
         for (k, label) in labels.iter().enumerate() {
             assert!(!labels[..k].contains(label), "{range:?}, at most {most}: {labels:?}");
-            assert!(label.chars().count() <= 9, "{range:?}, at most {most}: {label}");
+            assert!(label.chars().count() <= LONGEST_LABEL + 1, "{range:?}, at most {most}: {label}");
             assert!(!label.contains("NaN") && !label.contains("inf"), "{range:?}: {label}");
         }
         let shown = Ranged::range(&axis);
@@ -213,6 +268,18 @@ mod tests {
     }
 
     #[test]
+    fn ticks_whose_labels_have_no_room_are_left_out_but_zero() {
+        let thinned = |range: Range<f64>, length: f64| -> Vec<String> {
+            let axis = Axis::new(&range, 9).thinned(length, |label| 10.0 * label.len() as f64);
+            axis.ticks.iter().map(|tick| axis.label(*tick)).collect()
+        };
+        assert_eq!(thinned(0.0..40.0, 400.0), ["0", "5", "10", "15", "20", "25", "30", "35", "40"]);
+        assert_eq!(thinned(0.0..40.0, 150.0), ["0", "10", "20", "30", "40"]);
+        assert_eq!(thinned(-5.0..40.0, 150.0), ["0", "10", "20", "30", "40"]);
+        assert_eq!(thinned(0.0..40.0, 30.0), ["0", "30"]);
+    }
+
+    #[test]
     fn powers_and_offsets_stand_in_the_name() {
         let name = |range: Range<f64>| Axis::new(&range, 5).named("x [mm]");
         assert_eq!(name(0.0..10.0), "x [mm]");
@@ -220,6 +287,7 @@ mod tests {
         assert_eq!(name(0.0..3e-6), "x [mm] \u{d7} 1e\u{2212}6");
         assert_eq!(name(0.0..4e6), "x [mm] \u{d7} 1e6");
         assert_eq!(name(1_000_000.0..1_000_003.0), "x [mm] + 1000000");
+        assert_eq!(name(123.36..123.44), "x [mm] + 123.3");
     }
 
     proptest! {

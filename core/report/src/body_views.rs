@@ -7,7 +7,7 @@ use anyhow::Result;
 use plotters::prelude::*;
 
 use crate::figure::Figure;
-use crate::sheet::{BELOW, Chart, LEFT, Sheet, number, padded, ramp};
+use crate::sheet::{BELOW, Chart, DULL, GHOST, LEFT, Sheet, number, padded, ramp};
 
 /// A body at rest and deformed, with its lines.
 pub struct BodyViews {
@@ -64,13 +64,12 @@ const VIEWS: [View; 2] = [
 ];
 
 /// Size of a view, and of the tensions next to it [px].
-const VIEW: [f64; 2] = [400.0, 500.0];
-const SIDE: [f64; 2] = [140.0, 470.0];
+const VIEW: [f64; 2] = [320.0, 460.0];
+const SIDE: [f64; 2] = [190.0, 470.0];
 
 const BODY: [f64; 3] = [176.0, 190.0, 204.0];
 const GHOST_EDGE: RGBColor = RGBColor(170, 176, 184);
-const GHOST: RGBColor = RGBColor(246, 247, 249);
-const SLACK: RGBColor = RGBColor(90, 96, 104);
+const SLACK: RGBColor = DULL;
 
 impl BodyViews {
     fn max_tension(&self) -> f64 {
@@ -260,7 +259,7 @@ impl Figure for BodyViews {
                 (length(view.axes[0]) / (size[0] - LEFT)).max(length(view.axes[1]) / (size[1] - BELOW))
             })
             .fold(0.0, f64::max);
-        sheet.text(view.title, LEFT, 8.0)?;
+        sheet.text(view.title, 4.0, 8.0)?;
         self.draw_view(&sheet.part(0.0, TITLE, size[0], size[1]), view, mm_per_px)
     }
 }

@@ -4,15 +4,15 @@ use plotters::prelude::*;
 
 use crate::figure::Figure;
 use crate::plane::{Path, dashes, draw_simplified, square_around};
-use crate::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
+use crate::sheet::{BAR, BELOW, COLORS, LEFT, Sheet, number, ramp};
 
 const TARGET: RGBColor = COLORS[0];
 /// Side of the square inside a pair of axes, height of the line above it, room between columns [px].
 const SIDE: f64 = 240.0;
 const ABOVE: f64 = 26.0;
-const COLUMN: f64 = LEFT + SIDE + 18.0;
+const INDENT: f64 = 4.0;
+const COLUMN: f64 = LEFT + SIDE + 8.0;
 const ROW: f64 = ABOVE + SIDE + BELOW + 10.0;
-const BAR: f64 = 90.0;
 /// Colours that can be distinguished along a path.
 const SHADES: f64 = 24.0;
 
@@ -54,7 +54,7 @@ impl ErrorPaths {
         let ([x, y], half) = square_around(self.target.iter().chain(paths));
         let mm_per_px = 2.0 * half / SIDE;
         let most = shown.errors.iter().copied().fold(0.0, f64::max);
-        sheet.text(&format!("{}: at most {} mm off", shown.name, number(most)), LEFT, 12.0)?;
+        sheet.text(&format!("{}: at most {} mm off", shown.name, number(most)), INDENT, 12.0)?;
         let part = sheet.part(0.0, ABOVE, LEFT + SIDE, SIDE + BELOW);
         let mut chart = part.chart(x - half..x + half, y - half..y + half, "x [mm]", "y [mm]")?;
         for (shade, line) in shades(shown, self.largest()) {

@@ -4,13 +4,13 @@ use plotters::prelude::*;
 
 use crate::figure::{Figure, LegendEntry};
 use crate::plane::{Path, square_around};
-use crate::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
+use crate::sheet::{BAR, BELOW, COLORS, LEFT, Sheet, number, ramp};
 
 const OUTLINE: RGBColor = COLORS[6];
-/// Side of the square inside a pair of axes, height of the line above it, width of the colour bar [px].
+/// Side of the square inside a pair of axes, height of the line above it [px].
 const SIDE: f64 = 240.0;
 const ABOVE: f64 = 26.0;
-const BAR: f64 = 90.0;
+const INDENT: f64 = 4.0;
 /// Cells along the side of the square.
 const CELLS: usize = 60;
 const SHADES: usize = 16;
@@ -75,7 +75,7 @@ impl HeatMap {
         DB::ErrorType: 'static,
     {
         let ([x, y], half) = (self.middle, self.half);
-        sheet.text(&group.title, LEFT, 12.0)?;
+        sheet.text(&group.title, INDENT, 12.0)?;
         let part = sheet.part(0.0, ABOVE, LEFT + SIDE, SIDE + BELOW);
         let mut chart = part.chart(x - half..x + half, y - half..y + half, "x [mm]", "y [mm]")?;
         let cell = self.cell();
@@ -130,7 +130,7 @@ impl Figure for HeatMap {
     }
 
     fn tiles(&self) -> Vec<[f64; 2]> {
-        let groups = self.groups.iter().map(|_| [LEFT + SIDE + 18.0, ABOVE + SIDE + BELOW + 10.0]);
+        let groups = self.groups.iter().map(|_| [LEFT + SIDE + 8.0, ABOVE + SIDE + BELOW + 10.0]);
         groups.chain([[BAR, ABOVE + SIDE + 8.0]]).collect()
     }
 

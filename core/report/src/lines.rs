@@ -5,8 +5,10 @@ use std::ops::Range;
 use anyhow::Result;
 use plotters::prelude::*;
 
-use crate::figure::{Figure, LegendEntry};
-use crate::sheet::{BELOW, COLORS, LEFT, Sheet, are_counts, padded};
+use crate::axes::{Abscissas, BELOW_WITHOUT_LABELS, LEFT_OF_NAMED_ABOVE, NAME_ABOVE};
+use crate::color::SHADES;
+use crate::figure::{Figure, LegendEntry, LineStyle};
+use crate::sheet::{BELOW, COLORS, NARROW, Sheet, are_counts, padded};
 use crate::simplify::simplified;
 
 /// Panels with a common horizontal axis.
@@ -84,6 +86,22 @@ impl TimePanel {
         Self { label: label.into(), curves }
     }
 
+    /// The panel in parts of few enough curves, that all have values.
+    fn parts(&self) -> impl Iterator<Item = PanelPart<'_>> {
+        let n_parts = self.curves.len().div_ceil(MAX_CURVES).max(1);
+        let parts = self.curves.chunks(self.curves.len().div_ceil(n_parts).max(1));
+        let parts = parts.map(|curves| PanelPart { label: &self.label, curves });
+        parts.filter(|part| part.values().next().is_some())
+    }
+}
+
+/// One pair of axes as it is drawn.
+struct PanelPart<'a> {
+    label: &'a str,
+    curves: &'a [Curve],
+}
+
+impl PanelPart<'_> {
     fn legend(&self) -> Vec<LegendEntry> {
         self.curves.iter().map(|curve| (curve.name.clone(), curve.color)).collect()
     }
@@ -98,12 +116,12 @@ pub fn without_gaps(values: &[f64], gap: &[bool]) -> Vec<f64> {
     values.iter().zip(gap).map(|(value, gap)| if *gap { f64::NAN } else { *value }).collect()
 }
 
-/// Width of a panel, and air to its right [px].
-const WIDTH: f64 = 900.0;
-const RIGHT: f64 = 16.0;
-/// Room for a panel's own legend [px].
-const LEGEND: f64 = 22.0;
-const SHADES: [RGBColor; 2] = [RGBColor(246, 222, 206), RGBColor(214, 226, 240)];
+/// Most curves in a pair of axes, so that their colours differ; more stand in several.
+const MAX_CURVES: usize = 7;
+/// Width of a panel [px].
+const WIDTH: f64 = 1040.0;
+/// Largest distance of a line that is drawn from all its points [px]: it is not visible.
+const TOLERANCE: f64 = 0.2;
 
 impl TimeChart {
     /// A chart over time [s] whose panels have scales of their own.
@@ -126,34 +144,37 @@ impl TimeChart {
         }
     }
 
-    fn shown(&self) -> impl Iterator<Item = &TimePanel> {
-        self.panels.iter().filter(|panel| panel.values().next().is_some())
+    fn shown(&self) -> impl Iterator<Item = PanelPart<'_>> {
+        self.panels.iter().flat_map(TimePanel::parts)
     }
 
     /// The legend of all panels, if they have the same one.
     fn common_legend(&self) -> Option<Vec<LegendEntry>> {
-        let mut legends = self.shown().map(TimePanel::legend);
+        let mut legends = self.shown().map(|part| part.legend());
         let first = legends.next()?;
         legends.all(|legend| legend == first).then_some(first)
     }
 
+    /// Height of a pair of axes, without labels [px].
     fn panel_height(&self) -> f64 {
         match self.shown().count() {
-            1 => 270.0,
-            2 | 3 => 150.0,
-            _ => 118.0,
+            1 => 240.0,
+            2 | 3 => 132.0,
+            _ => 104.0,
         }
     }
 
-    /// Room for a panel's own legend; one curve alone has its name at the axis.
-    fn legend_height(&self, panel: &TimePanel) -> f64 {
-        if self.common_legend().is_some() || panel.curves.len() == 1 { 0.0 } else { LEGEND }
+    /// Sizes of all tiles, so wide [px].
+    fn sizes(&self, width: f64) -> Vec<[f64; 2]> {
+        let n = self.shown().count();
+        let below = |k: usize| if k + 1 == n { BELOW } else { BELOW_WITHOUT_LABELS };
+        (0..n).map(|k| [width, NAME_ABOVE + self.panel_height() + below(k)]).collect()
     }
 
     fn draw_panel<DB: DrawingBackend>(
         &self,
-        part: &Sheet<DB>,
-        panel: &TimePanel,
+        sheet: &Sheet<DB>,
+        panel: &PanelPart,
         range: Range<f64>,
         x_name: &str,
     ) -> Result<()>
@@ -163,31 +184,31 @@ impl TimeChart {
         let (first, last) = (self.x[0], self.x[self.x.len() - 1]);
         let end = if last > first { last } else { first + 1.0 };
         let span = range.end - range.start;
-        let mut chart = part.chart_over(
-            first..end,
-            are_counts(self.x.iter().copied()),
-            range.clone(),
-            x_name,
-            &panel.label,
-        )?;
+        let abscissas =
+            if are_counts(self.x.iter().copied()) { Abscissas::Counts } else { Abscissas::Numbers };
+        let mut chart =
+            sheet.chart_named_above((first..end, abscissas), range.clone(), x_name, panel.label)?;
+        let height = self.panel_height();
+        let aspect = (sheet.size().0 - LEFT_OF_NAMED_ABOVE) / height;
         for (shaded, color) in self.shaded.iter().zip(SHADES.iter().cycle()) {
             let corners = |[from, to]: &[f64; 2]| [(*from, range.start), (*to, range.end)];
             chart
                 .draw_series(shaded.spans.iter().map(|span| Rectangle::new(corners(span), color.filled())))?;
         }
-        for curve in &panel.curves {
-            // Compared in parts of the axes; a fifth of a pixel is not visible.
+        for curve in panel.curves {
+            // Compared where both axes have one scale, in heights of the panel.
+            let across = |t: f64| (t - first) / (end - first) * aspect;
             let scaled: Vec<(f64, f64)> = self
                 .x
                 .iter()
                 .zip(&curve.values)
-                .map(|(t, value)| ((t - first) / (end - first) * 4.0, (value - range.start) / span))
+                .map(|(t, value)| (across(*t), (value - range.start) / span))
                 .collect();
             for line in scaled.split(|(_, value)| !value.is_finite()).filter(|line| !line.is_empty()) {
-                let points = simplified(line, 0.0008)
+                let points = simplified(line, TOLERANCE / height)
                     .into_iter()
-                    .map(|(t, value)| (first + t / 4.0 * (end - first), range.start + value * span));
-                chart.draw_series(LineSeries::new(points, part.line(curve.color, curve.width)))?;
+                    .map(|(t, value)| (first + t / aspect * (end - first), range.start + value * span));
+                chart.draw_series(LineSeries::new(points, sheet.line(curve.color, curve.width)))?;
             }
         }
         Ok(())
@@ -214,11 +235,22 @@ impl Figure for TimeChart {
         self.common_legend().into_iter().flatten().chain(shades).collect()
     }
 
+    fn tile_legend(&self, tile: usize) -> Vec<LegendEntry> {
+        // One curve alone has its name at the axis.
+        let own = self.shown().nth(tile).filter(|part| part.curves.len() > 1);
+        if self.common_legend().is_some() { Vec::new() } else { own.map_or(Vec::new(), |part| part.legend()) }
+    }
+
+    fn line_style(&self) -> LineStyle {
+        LineStyle::ByColor
+    }
+
     fn tiles(&self) -> Vec<[f64; 2]> {
-        let n = self.shown().count();
-        let below = |k: usize| if k + 1 == n { BELOW - 8.0 } else { 0.0 };
-        let height = |panel| self.panel_height() + self.legend_height(panel);
-        self.shown().enumerate().map(|(k, panel)| [WIDTH, height(panel) + below(k)]).collect()
+        self.sizes(WIDTH)
+    }
+
+    fn narrow_tiles(&self) -> Vec<[f64; 2]> {
+        self.sizes(NARROW)
     }
 
     fn draw<DB: DrawingBackend>(&self, tile: usize, sheet: &Sheet<DB>) -> Result<()>
@@ -226,18 +258,15 @@ impl Figure for TimeChart {
         DB::ErrorType: 'static,
     {
         let Some(panel) = self.shown().nth(tile) else { return Ok(()) };
-        let (width, height) = sheet.size();
-        let legend = self.legend_height(panel);
-        if legend > 0.0 {
-            sheet.legend(&panel.legend(), LEFT, 0.5 * legend)?;
-        }
         let range = match self.scale {
-            PanelScale::Common => padded(self.shown().flat_map(TimePanel::values)),
+            PanelScale::Common => {
+                let parts: Vec<PanelPart> = self.shown().collect();
+                padded(parts.iter().flat_map(PanelPart::values))
+            }
             PanelScale::Own => padded(panel.values()),
         };
         let x_name = if tile + 1 == self.shown().count() { self.x_name } else { "" };
-        let part = sheet.part(0.0, legend, width - RIGHT, height - legend);
-        self.draw_panel(&part, panel, range, x_name)
+        self.draw_panel(sheet, &panel, range, x_name)
     }
 }
 
@@ -289,6 +318,28 @@ mod tests {
         register_embedded_font().expect("a font");
         let drawn = drawn(&chart([vec![f64::NAN; 4], vec![2.0; 4]])).expect("a figure");
         assert_eq!(drawn.tiles.len(), 1);
+    }
+
+    #[test]
+    fn more_curves_than_colours_stand_in_several_panels() {
+        let curves = (0..16).map(|k| Curve::new(format!("run {k}"), k, vec![0.0, k as f64]));
+        let panels = vec![TimePanel::new("x [mm]", curves.collect())];
+        let chart = TimeChart::over_time("many", "Many", "Runs.", &[0.0, 1.0], panels);
+        assert_eq!(chart.tiles().len(), 3);
+        let legends: Vec<Vec<LegendEntry>> = (0..3).map(|tile| chart.tile_legend(tile)).collect();
+        assert_eq!(legends.iter().map(Vec::len).sum::<usize>(), 16);
+        for legend in legends {
+            assert!((1..legend.len()).all(|k| legend[..k].iter().all(|other| other.1 != legend[k].1)));
+        }
+    }
+
+    #[test]
+    fn a_phone_has_tiles_of_its_own() {
+        register_embedded_font().expect("a font");
+        let drawn = drawn(&chart([vec![0.0, 1.0], vec![2.0, 4.0]])).expect("a figure");
+        assert_eq!(drawn.narrow.len(), drawn.tiles.len());
+        assert!(drawn.narrow[0].contains(" width=\"336\""), "{}", drawn.narrow[0]);
+        assert!(drawn.narrow[0].contains("&quot;names&quot;:[&quot;&quot;,&quot;x [mm]&quot;]"));
     }
 
     #[test]

@@ -9,8 +9,9 @@ use crate::simplify::{between_sharp_turns, simplified};
 
 /// Side of the square inside a pair of axes, height of the lines above it, room between columns [px].
 const SIDE: f64 = 240.0;
-const ABOVE: f64 = 44.0;
-const BETWEEN: f64 = 18.0;
+const ABOVE: f64 = 46.0;
+const BETWEEN: f64 = 8.0;
+const INDENT: f64 = 4.0;
 const COLUMN: f64 = LEFT + SIDE + BETWEEN;
 const ROW: f64 = ABOVE + SIDE + BELOW + 10.0;
 /// Steps of a line that are drawn at once.
@@ -92,8 +93,8 @@ impl Figure for PathOverlay {
     {
         let OverlayTile { title, note, paths } = &self.tiles[tile];
         let half = self.half();
-        sheet.text(title, LEFT, 12.0)?;
-        sheet.text(note, LEFT, 30.0)?;
+        sheet.text(title, INDENT, 12.0)?;
+        sheet.text(note, INDENT, 31.0)?;
         let part = sheet.part(0.0, ABOVE, LEFT + SIDE, SIDE + BELOW);
         let mut chart = part.chart(-half..half, -half..half, "x [mm]", "y [mm]")?;
         for (path, kind) in paths.iter().zip(&self.kinds) {

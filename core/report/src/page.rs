@@ -6,12 +6,13 @@
 use hysteron_base::json;
 use std::path::Path;
 
-use plotters::style::RGBColor;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::figure::{Drawn, LegendEntry};
+use crate::color::{hex, style};
+use crate::figure::{Drawn, LegendEntry, LineStyle};
 use crate::maker::replace;
+use crate::svg::SCALE;
 use crate::text::without_signs_of_zeros;
 use crate::verdict::{Usability, Verdict};
 
@@ -38,7 +39,8 @@ impl Page {
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
              <meta name=\"generator\" content=\"hysteron\"/>\n<title>{title}</title>\n\
-             <style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<p>{about}</p>\n<pre>{command}</pre>\n"
+             <style>\n{STYLE}{}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<p>{about}</p>\n<pre>{command}</pre>\n",
+            style(SCALE)
         ))
     }
 
@@ -83,24 +85,25 @@ impl Page {
 
     /// A table with a row of headings.
     pub fn table(&mut self, headings: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
-        self.0.push_str("<div class=\"scroll\"><table>\n<tr>");
+        self.0.push_str("<div class=\"scroll\"><table>\n<thead><tr>");
         headings
             .iter()
             .for_each(|heading| self.0.push_str(&format!("<th scope=\"col\">{}</th>", escaped(heading))));
-        self.0.push_str("</tr>\n");
+        self.0.push_str("</tr></thead>\n<tbody>\n");
         for row in rows {
             self.0.push_str("<tr>");
-            row.iter().for_each(|cell| self.0.push_str(&table_cell(cell)));
+            let headings = headings.iter().copied().chain(std::iter::repeat(""));
+            row.iter().zip(headings).for_each(|(cell, heading)| self.0.push_str(&table_cell(cell, heading)));
             self.0.push_str("</tr>\n");
         }
-        self.0.push_str("</table></div>\n");
+        self.0.push_str("</tbody>\n</table></div>\n");
     }
 
     /// A table of names and values.
     pub fn list<'a>(&mut self, rows: impl IntoIterator<Item = (&'a str, String)>) {
-        self.0.push_str("<div class=\"scroll\"><table>\n");
+        self.0.push_str("<div class=\"scroll\"><table class=\"pair\">\n");
         for (name, value) in rows {
-            let (name, value) = (escaped(name), table_cell(&value));
+            let (name, value) = (escaped(name), table_cell(&value, ""));
             self.0.push_str(&format!("<tr><th scope=\"row\">{name}</th>{value}</tr>\n"));
         }
         self.0.push_str("</table></div>\n");
@@ -117,18 +120,33 @@ impl Page {
     pub fn figure(&mut self, figure: &Drawn) {
         let [title, caption] = [&figure.title, &figure.caption].map(|text| escaped(text));
         self.0.push_str(&format!("<figure>\n<h3>{title}</h3>\n"));
-        if !figure.legend.is_empty() {
-            let entry = |(name, RGBColor(r, g, b)): &LegendEntry| {
-                format!("<span><i style=\"background:rgb({r},{g},{b})\"></i>{}</span>", escaped(name))
-            };
-            let entries: Vec<String> = figure.legend.iter().map(entry).collect();
-            self.0.push_str(&format!("<p class=\"legend\">{}</p>\n", entries.join("\n")));
+        self.0.push_str(&legend(&figure.legend, figure.line_style));
+        if figure.narrow.is_empty() {
+            self.tiles("tiles", &figure.tiles, figure);
+        } else {
+            self.tiles("tiles wide", &figure.tiles, figure);
+            self.tiles("tiles narrow", &figure.narrow, figure);
         }
-        let class = if figure.is_wide { "wide" } else { "tiles" };
-        let tiles = figure.tiles.concat();
-        self.0.push_str(&format!(
-            "<div class=\"{class}\">\n{tiles}</div>\n<figcaption>{caption}</figcaption>\n</figure>\n"
-        ));
+        self.0.push_str(&format!("<figcaption>{caption}</figcaption>\n</figure>\n"));
+    }
+
+    /// Tiles with their legends; what is more than a reader compares at once is shown on request.
+    fn tiles(&mut self, class: &str, tiles: &[String], figure: &Drawn) {
+        let tile = |(k, svg): (usize, &String)| {
+            let own = figure.tile_legends.get(k).map_or(String::new(), |own| legend(own, figure.line_style));
+            format!("<div class=\"tile\">\n{own}{svg}</div>\n")
+        };
+        let tiles: Vec<String> = tiles.iter().enumerate().map(tile).collect();
+        let (first, rest) = tiles.split_at(tiles.len().min(MAX_TILES));
+        self.0.push_str(&format!("<div class=\"{class}\">\n{}</div>\n", first.concat()));
+        if !rest.is_empty() {
+            self.0.push_str(&format!(
+                "<details class=\"{}\">\n<summary>{} more</summary>\n<div class=\"tiles\">\n{}</div>\n</details>\n",
+                class.trim_start_matches("tiles").trim(),
+                rest.len(),
+                rest.concat()
+            ));
+        }
     }
 
     /// A line in small print.
@@ -139,29 +157,44 @@ impl Page {
     /// The whole page.
     pub fn finish(mut self, commit: &str) -> String {
         self.small(&format!("Program {}.", if commit.is_empty() { "of unknown commit" } else { commit }));
-        self.0.push_str("</body>\n</html>\n");
+        self.0.push_str(&format!("<script>//<![CDATA[\n{SCRIPT}//]]></script>\n</body>\n</html>\n"));
         self.0
     }
 }
 
-const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;color:#282c34;max-width:944px;margin:2em auto;padding:0 1em}\
-pre{background:#f4f5f7;padding:.8em 1em;white-space:pre-wrap;border-radius:4px}\
-table{border-collapse:collapse;margin:1em 0}th,td{text-align:left;padding:.15em 1.2em .15em 0;font-weight:normal;\
-border-bottom:1px solid #e1e4e8}td{white-space:nowrap}td.long{white-space:normal;min-width:16em}td{font-variant-numeric:tabular-nums}th{vertical-align:bottom}\
-h1{font-size:1.7em;line-height:1.25;overflow-wrap:anywhere}h3{font-size:1em;margin:0}.scroll{overflow-x:auto}\
-figure{margin:2em 0}svg{display:block;max-width:100%;height:auto}.tiles{display:flex;flex-wrap:wrap;align-items:flex-start}\
-.wide{overflow-x:auto}@media(max-width:640px){.wide svg{max-width:none;width:680px}}\
-.verdict{border-left:6px solid;padding:.5em 1em;font-size:1.1em;overflow-wrap:anywhere}.usable{border-color:#2a7d46;background:#eef7f0}\
-.care{border-color:#b7791f;background:#fdf6e7}.not-usable{border-color:#b3261e;background:#fbecea}\
-.legend{display:flex;flex-wrap:wrap;gap:.2em 1.4em;margin:.3em 0;font-size:13px}\
-.legend i{display:inline-block;width:22px;height:4px;margin-right:6px;vertical-align:middle}\
-summary{cursor:pointer}figcaption{color:#5a6068}.small{color:#5a6068;font-size:12px;overflow-wrap:anywhere}";
+const STYLE: &str = include_str!("../assets/page.css");
+const SCRIPT: &str = include_str!("../assets/page.js");
+/// Tiles of a figure that are shown unasked.
+const MAX_TILES: usize = 12;
 
-/// A cell; prose is broken into lines, numbers are not.
-fn table_cell(text: &str) -> String {
+/// A legend, if it has entries: each a line in its colour and a name.
+fn legend(entries: &[LegendEntry], line_style: LineStyle) -> String {
+    if entries.is_empty() {
+        return String::new();
+    }
+    let class = if line_style == LineStyle::ByColor { "key dashed" } else { "key" };
+    let entry = |(name, color): &LegendEntry| {
+        let (color, name) = (hex(*color), escaped(name));
+        format!(
+            "<span data-color=\"{color}\"><svg class=\"{class}\" width=\"30\" height=\"10\" viewBox=\"0 0 150 50\" \
+             aria-hidden=\"true\"><polyline fill=\"none\" stroke=\"{color}\" stroke-width=\"15\" \
+             points=\"0,25 150,25\"/></svg>{name}</span>"
+        )
+    };
+    let entries: Vec<String> = entries.iter().map(entry).collect();
+    format!("<p class=\"legend\">{}</p>\n", entries.join("\n"))
+}
+
+/// A cell, with the heading of its column for a window in which rows stand as lists; prose is broken into lines,
+/// numbers are not.
+fn table_cell(text: &str, heading: &str) -> String {
     const LONG: usize = 32;
     let class = if text.chars().count() > LONG { " class=\"long\"" } else { "" };
-    format!("<td{class}>{}</td>", escaped(&without_signs_of_zeros(text)))
+    let text = escaped(&without_signs_of_zeros(text));
+    match heading {
+        "" => format!("<td{class}>{text}</td>"),
+        heading => format!("<td{class} data-label=\"{}\"><span>{text}</span></td>", escaped(heading)),
+    }
 }
 
 fn escaped(text: &str) -> String {

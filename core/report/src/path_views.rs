@@ -5,7 +5,7 @@ use plotters::prelude::*;
 
 use crate::figure::{Figure, LegendEntry};
 use crate::plane::{Path, draw_simplified, spaced};
-use crate::sheet::{BELOW, COLORS, LEFT, Sheet, padded, ramp};
+use crate::sheet::{BAR, BELOW, COLORS, LEFT, Sheet, padded, ramp};
 
 /// Parts of the path that have a colour of their own.
 const PIECES: usize = 80;
@@ -14,8 +14,7 @@ const REFERENCE: RGBColor = RGBColor(190, 194, 200);
 
 /// Axes of the views, and their sizes [px].
 const VIEWS: [([usize; 2], [f64; 2]); 3] =
-    [([0, 1], [430.0, 440.0]), ([0, 2], [430.0, 300.0]), ([1, 2], [430.0, 300.0])];
-const BAR: [f64; 2] = [90.0, 300.0];
+    [([0, 1], [320.0, 300.0]), ([0, 2], [320.0, 300.0]), ([1, 2], [320.0, 300.0])];
 
 /// Views of a path, from above and from two sides.
 pub struct PathViews {
@@ -121,7 +120,7 @@ impl Figure for PathViews {
 
     fn tiles(&self) -> Vec<[f64; 2]> {
         let mut tiles = VIEWS.map(|(_, size)| size).to_vec();
-        tiles.push(BAR);
+        tiles.push([BAR, 300.0]);
         tiles
     }
 

@@ -3,8 +3,9 @@
 use anyhow::Result;
 use plotters::prelude::*;
 
-use crate::figure::{Figure, LegendEntry};
-use crate::sheet::{COLORS, Sheet, are_counts, padded};
+use crate::axes::Abscissas;
+use crate::figure::{Figure, LegendEntry, LineStyle};
+use crate::sheet::{COLORS, NARROW, Sheet, are_counts, padded};
 
 /// Tiles with axes of their own.
 pub struct ScatterChart {
@@ -54,8 +55,9 @@ pub struct Marks {
 /// Most dots of a cloud: more only fill the file.
 const MAX_DOTS: usize = 3000;
 /// Width and height of a tile, and of one that stands alone [px].
-const TILE: [f64; 2] = [460.0, 300.0];
-const ALONE: [f64; 2] = [900.0, 340.0];
+const TILE: [f64; 2] = [520.0, 320.0];
+const ALONE: [f64; 2] = [1040.0, 360.0];
+const ON_PHONE: [f64; 2] = [NARROW, 300.0];
 
 impl Marks {
     /// A cloud in the `k`-th colour, thinned evenly where it has too many dots.
@@ -97,7 +99,8 @@ impl Scatter {
         let x = self.range(|[x, ..]| [*x; 2]);
         let y = self.range(|[_, y, half]| [y - half, y + half]);
         let abscissas = self.marks.iter().flat_map(Marks::finite).map(|[x, ..]| *x);
-        let mut chart = sheet.chart_over(x, are_counts(abscissas), y, &self.x_name, &self.y_name)?;
+        let abscissas = if are_counts(abscissas) { Abscissas::Counts } else { Abscissas::Numbers };
+        let mut chart = sheet.chart_named_above((x, abscissas), y, &self.x_name, &self.y_name)?;
         for marks in &self.marks {
             let dot = |point: &[f64; 3], px: f64| {
                 Circle::new((point[0], point[1]), sheet.px(px), marks.color.filled())
@@ -161,6 +164,16 @@ impl Figure for ScatterChart {
             1 => vec![ALONE],
             n => vec![TILE; n],
         }
+    }
+
+    fn narrow_tiles(&self) -> Vec<[f64; 2]> {
+        vec![ON_PHONE; self.shown().count()]
+    }
+
+    fn line_style(&self) -> LineStyle {
+        // A bar is short: dashes would hide its ends.
+        let has_bars = self.shown().flat_map(|tile| &tile.marks).any(|marks| marks.shape == MarkShape::Bars);
+        if has_bars { LineStyle::Solid } else { LineStyle::ByColor }
     }
 
     fn draw<DB: DrawingBackend>(&self, tile: usize, sheet: &Sheet<DB>) -> Result<()>

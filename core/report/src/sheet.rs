@@ -1,41 +1,38 @@
-//! The look of all figures: sizes, fonts, colours, axes, legends, colour bars.
+//! The look of all figures: sizes, fonts, legends, colour bars.
 
-use plotters::chart::ChartContext;
+use std::cell::RefCell;
+use std::rc::Rc;
+
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use crate::axis::Axis;
+use crate::axes::AxesPlace;
+pub use crate::axes::Chart;
+use crate::color::INK;
+pub use crate::color::{COLORS, DULL, GHOST, ramp};
 use crate::legend::{LegendEntry, legend_width};
 
-/// Colours that can be distinguished without red and green (Okabe and Ito, 2008).
-pub const COLORS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(60, 60, 60),
-];
-const INK: RGBColor = RGBColor(40, 44, 52);
-const GRID: RGBColor = RGBColor(225, 228, 232);
-const AXIS: RGBColor = RGBColor(120, 126, 134);
-
-const TITLE: f64 = 16.0;
-const TEXT: f64 = 12.5;
+/// Sizes of type. An SVG shows it 1.24 times smaller: backends measure a font by its height, browsers by its em.
+const TITLE: f64 = 19.0;
+pub(crate) const TEXT: f64 = 15.5;
 /// Room for tick labels and the axis' name, left and below [px].
-pub const LEFT: f64 = 54.0;
+pub const LEFT: f64 = 72.0;
 /// Room below a pair of axes [px].
-pub const BELOW: f64 = 38.0;
-
-/// A chart with plain axes.
-pub type Chart<'a, DB> = ChartContext<'a, DB, Cartesian2d<Axis, Axis>>;
+pub const BELOW: f64 = 44.0;
+/// Widest tile that a phone shows whole [px].
+pub const NARROW: f64 = 324.0;
+/// Width of a tile with a colour bar [px].
+pub const BAR: f64 = 100.0;
 
 /// Part of a figure, measured in pixels of normal size.
 pub struct Sheet<DB: DrawingBackend> {
-    area: DrawingArea<DB, Shift>,
-    scale: f64,
+    pub(crate) area: DrawingArea<DB, Shift>,
+    pub(crate) scale: f64,
+    /// Room to the right of the part [px].
+    pub(crate) room: f64,
+    /// Pairs of axes on the whole sheet.
+    plots: Rc<RefCell<Vec<AxesPlace>>>,
 }
 
 impl<DB: DrawingBackend> Sheet<DB>
@@ -45,7 +42,7 @@ where
     /// A white sheet over the whole area, drawn `scale` times as large.
     pub fn new(area: DrawingArea<DB, Shift>, scale: f64) -> anyhow::Result<Self> {
         area.fill(&WHITE)?;
-        Ok(Self { area, scale })
+        Ok(Self { area, scale, room: 0.0, plots: Rc::default() })
     }
 
     /// Length of `px` normal pixels.
@@ -62,7 +59,38 @@ where
     /// The part from (x, y), so wide and so high.
     pub fn part(&self, x: f64, y: f64, width: f64, height: f64) -> Self {
         let size = (self.px(width) as u32, self.px(height) as u32);
-        Self { area: self.area.clone().shrink((self.px(x), self.px(y)), size), scale: self.scale }
+        let room = (self.size().0 + self.room - x - width).max(0.0);
+        let area = self.area.clone().shrink((self.px(x), self.px(y)), size);
+        Self { area, scale: self.scale, room, plots: Rc::clone(&self.plots) }
+    }
+
+    /// Remembers a pair of axes.
+    pub(crate) fn remember(&self, plot: AxesPlace) {
+        self.plots.borrow_mut().push(plot);
+    }
+
+    /// All pairs of axes that were drawn.
+    pub(crate) fn plots(&self) -> Vec<AxesPlace> {
+        self.plots.borrow().clone()
+    }
+
+    /// Width of a text [px].
+    pub(crate) fn text_width(&self, text: &str) -> f64 {
+        let style = self.text_style(TEXT, Pos::new(HPos::Left, VPos::Center));
+        let size = self.area.estimate_text_size(text, &style);
+        size.map_or(0.0, |(width, _)| f64::from(width) / self.scale)
+    }
+
+    /// The text itself, or as much of it as fits so many pixels, with dots; what stands behind the last bracket, as a
+    /// unit, stays.
+    fn shortened(&self, text: &str, width: f64) -> String {
+        if self.text_width(text) <= width {
+            return text.to_owned();
+        }
+        let (words, unit) = text.rfind(" [").map_or((text, ""), |at| text.split_at(at));
+        let letters: Vec<char> = words.chars().collect();
+        let cut = |n: usize| format!("{}...{unit}", letters[..n].iter().collect::<String>().trim_end());
+        (1..letters.len()).rev().map(cut).find(|cut| self.text_width(cut) <= width).unwrap_or_else(|| cut(1))
     }
 
     /// A line style.
@@ -70,14 +98,15 @@ where
         color.stroke_width((width * self.scale).round().max(1.0) as u32)
     }
 
-    fn text_style(&self, size: f64, at: Pos) -> TextStyle<'static> {
+    pub(crate) fn text_style(&self, size: f64, at: Pos) -> TextStyle<'static> {
         ("sans-serif", size * self.scale).into_font().color(&INK).pos(at)
     }
 
-    /// Text whose left end is in the middle of the height at (x, y).
+    /// Text whose left end is in the middle of the height at (x, y), shortened where there is no room for it.
     pub fn text(&self, text: &str, x: f64, y: f64) -> anyhow::Result<()> {
         let style = self.text_style(TEXT, Pos::new(HPos::Left, VPos::Center));
-        self.area.draw_text(text, &style, (self.px(x), self.px(y)))?;
+        let text = self.shortened(text, self.size().0 + self.room - x);
+        self.area.draw_text(&text, &style, (self.px(x), self.px(y)))?;
         Ok(())
     }
 
@@ -98,63 +127,6 @@ where
             x += legend_width(name);
         }
         Ok(())
-    }
-
-    /// Axes over the whole sheet, with room for labels to the left and, where `x_name` is not empty, below.
-    pub fn chart(
-        &self,
-        x: std::ops::Range<f64>,
-        y: std::ops::Range<f64>,
-        x_name: &str,
-        y_name: &str,
-    ) -> anyhow::Result<Chart<'_, DB>> {
-        self.chart_over(x, false, y, x_name, y_name)
-    }
-
-    /// The same, where only whole numbers are abscissas if `is_count`.
-    pub fn chart_over(
-        &self,
-        x: std::ops::Range<f64>,
-        is_count: bool,
-        y: std::ops::Range<f64>,
-        x_name: &str,
-        y_name: &str,
-    ) -> anyhow::Result<Chart<'_, DB>> {
-        for (name, range) in [(x_name, &x), (y_name, &y)] {
-            let is_drawable = range.start.is_finite() && range.end.is_finite() && range.start < range.end;
-            anyhow::ensure!(
-                is_drawable,
-                "axis {name:?} from {} to {}: nothing to draw",
-                range.start,
-                range.end
-            );
-        }
-        let (width, height) = self.size();
-        let below = if x_name.is_empty() { 8.0 } else { BELOW };
-        // A label is some 60 px wide and 16 px high.
-        let most = (width / 75.0) as usize;
-        let x = if is_count { Axis::of_counts(&x, most) } else { Axis::new(&x, most) };
-        let y = Axis::new(&y, (height / 30.0) as usize);
-        let mut chart = ChartBuilder::on(&self.area)
-            .set_label_area_size(LabelAreaPosition::Left, self.px(LEFT))
-            .set_label_area_size(LabelAreaPosition::Bottom, self.px(below))
-            .build_cartesian_2d(x.clone(), y.clone())?;
-        let text = ("sans-serif", TEXT * self.scale).into_font().color(&INK);
-        let mut mesh = chart.configure_mesh();
-        mesh.light_line_style(TRANSPARENT)
-            .bold_line_style(self.line(GRID, 1.0))
-            .axis_style(self.line(AXIS, 1.0))
-            .set_all_tick_mark_size(self.px(4.0))
-            .label_style(text.clone())
-            .axis_desc_style(text)
-            .y_desc(y.named(y_name));
-        if x_name.is_empty() {
-            mesh.x_label_formatter(&|_| String::new());
-        } else {
-            mesh.x_desc(x.named(x_name));
-        }
-        mesh.draw()?;
-        Ok(chart)
     }
 
     /// A vertical bar from the colour of `low` below to that of `high` above, with its name on top.
@@ -187,22 +159,6 @@ where
         self.area.draw(&Rectangle::new([corner(0.0, -5.0), corner(14.0, 5.0)], color.filled()))?;
         self.text(text, x + 20.0, y)
     }
-}
-
-/// Colour of a part from 0 to 1: dark violet over red to yellow, even in lightness.
-pub fn ramp(part: f64) -> RGBColor {
-    // Five colours of the map `plasma` (S. van der Walt and N. Smith, CC0), without its palest end.
-    const STOPS: [[f64; 3]; 5] = [
-        [13.0, 8.0, 135.0],
-        [120.0, 1.0, 168.0],
-        [196.0, 62.0, 127.0],
-        [241.0, 130.0, 77.0],
-        [252.0, 206.0, 37.0],
-    ];
-    let at = part.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
-    let k = (at as usize).min(STOPS.len() - 2);
-    let mixed = |c: usize| STOPS[k][c] + (at - k as f64) * (STOPS[k + 1][c] - STOPS[k][c]);
-    RGBColor(mixed(0).round() as u8, mixed(1).round() as u8, mixed(2).round() as u8)
 }
 
 /// The range of the values with 5 % of air; that of one value alone goes 10 % to either side.

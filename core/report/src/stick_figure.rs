@@ -18,8 +18,8 @@ pub struct StickFigure {
 }
 
 /// Size of a view, and of the bar of colours [px].
-const VIEW: [f64; 2] = [400.0, 400.0];
-const BAR: [f64; 2] = [90.0, 400.0];
+const VIEW: [f64; 2] = [320.0, 320.0];
+const BAR: [f64; 2] = [100.0, 320.0];
 /// Axes to the right and up.
 const VIEWS: [[usize; 2]; 2] = [[0, 2], [1, 2]];
 

@@ -4,13 +4,16 @@ use plotters::prelude::*;
 
 use crate::figure::{Figure, LegendEntry};
 use crate::plane::{Path, dashes, draw_simplified, square_around};
-use crate::sheet::{BELOW, COLORS, LEFT, Sheet};
+use crate::sheet::{BELOW, COLORS, LEFT, NARROW, Sheet};
 
 const TARGET: RGBColor = COLORS[0];
 const WAY: RGBColor = RGBColor(190, 194, 200);
 const MISSED: RGBColor = COLORS[1];
 const REACHED: RGBColor = COLORS[2];
-const SIDE: f64 = 440.0;
+/// Width of the tile [px].
+const WIDTH: f64 = 520.0;
+/// Air to the right [px].
+const RIGHT: f64 = 8.0;
 
 /// A target's curve in one pair of axes.
 pub struct TargetMap {
@@ -36,6 +39,11 @@ pub struct Goal {
     pub missed_at: Option<(f64, f64)>,
 }
 
+/// A tile so wide, with a square inside its axes [px].
+fn square_tile(width: f64) -> [f64; 2] {
+    [width, width - LEFT - RIGHT + BELOW]
+}
+
 impl Figure for TargetMap {
     fn name(&self) -> String {
         self.name.clone()
@@ -58,7 +66,11 @@ impl Figure for TargetMap {
     }
 
     fn tiles(&self) -> Vec<[f64; 2]> {
-        vec![[LEFT + SIDE + 16.0, SIDE + BELOW + 8.0]]
+        vec![square_tile(WIDTH)]
+    }
+
+    fn narrow_tiles(&self) -> Vec<[f64; 2]> {
+        vec![square_tile(NARROW)]
     }
 
     fn draw<DB: DrawingBackend>(&self, _: usize, sheet: &Sheet<DB>) -> anyhow::Result<()>
@@ -66,8 +78,9 @@ impl Figure for TargetMap {
         DB::ErrorType: 'static,
     {
         let ([x, y], half) = square_around(self.ways.iter().flatten().chain(&self.curve));
-        let mm_per_px = 2.0 * half / SIDE;
-        let part = sheet.part(0.0, 0.0, LEFT + SIDE, SIDE + BELOW);
+        let side = sheet.size().0 - LEFT - RIGHT;
+        let mm_per_px = 2.0 * half / side;
+        let part = sheet.part(0.0, 0.0, LEFT + side, side + BELOW);
         let mut chart = part.chart(x - half..x + half, y - half..y + half, "x [mm]", "y [mm]")?;
         for way in &self.ways {
             draw_simplified(&mut chart, &part, way, 0.15 * mm_per_px, (WAY, 1.6))?;

@@ -10,10 +10,10 @@ use hysteron_report::simplify::{between_sharp_turns, simplified};
 const ROBOT: RGBColor = RGBColor(178, 183, 190);
 const TWIN: [RGBColor; 2] = [COLORS[1], COLORS[0]];
 /// Inside of a pair of axes, line above it, room between columns [px].
-const WIDTH: f64 = 380.0;
-const HEIGHT: f64 = 330.0;
+const WIDTH: f64 = 244.0;
+const HEIGHT: f64 = 260.0;
 const ABOVE: f64 = 26.0;
-const COLUMN: f64 = LEFT + WIDTH + 16.0;
+const COLUMN: f64 = LEFT + WIDTH + 8.0;
 const NAMES: [&str; 2] = ["without the network", "with the network"];
 
 /// A point per sample: stroke and tip [mm].
@@ -82,7 +82,7 @@ impl Figure for Hysteresis {
         let all = || self.twin.iter().chain([&self.robot]).flatten();
         let (x, y) = (padded(all().map(|point| point.0)), padded(all().map(|point| point.1)));
         let aspect = (x.end - x.start) / (y.end - y.start) * HEIGHT / WIDTH;
-        sheet.text(NAMES[tile], LEFT, 12.0)?;
+        sheet.text(NAMES[tile], 4.0, 12.0)?;
         let part = sheet.part(0.0, ABOVE, LEFT + WIDTH, HEIGHT + BELOW);
         let mut chart = part.chart(x.clone(), y.clone(), "stroke of the first tendon [mm]", "tip [mm]")?;
         for (path, color, width) in [(&self.robot, ROBOT, 4.0), (&self.twin[tile], TWIN[tile], 1.3)] {
