@@ -28,10 +28,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let Some(qp) = identifier.last_qp().filter(|_| i % every == every - 1) else { continue };
         // As the identification itself solves it.
         let right: Vec<f64> = qp.linear.iter().map(|g| -g).collect();
-        let [lowest, highest] =
-            [0, 1].map(|end| qp.bounds.iter().map(|pair| pair[end]).collect::<Vec<f64>>());
+        let [lower, upper] = [0, 1].map(|end| qp.bounds.iter().map(|pair| pair[end]).collect::<Vec<f64>>());
         solver.set_matrix(&qp.hessian);
-        let (status, _) = solver.solve(&right, &lowest, &highest, &mut answer);
+        let (status, _) = solver.solve(&right, &lower, &upper, &mut answer);
         let line = hysteron_base::json!({
             "hessian": qp.hessian, "linear": qp.linear, "bounds": open(&qp.bounds), "rows": qp.rows,
             "row_bounds": open(&qp.row_bounds), "answer": answer, "status": format!("{status:?}"),

@@ -13,7 +13,7 @@
 use hysteron_fem::vectors::axpy;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use crate::balance::{EquilibriumResidual, StepTargets, move_nodes};
+use crate::equilibrium_residual::{EquilibriumResidual, StepTargets, move_nodes};
 use crate::gmres::gmres;
 use crate::model::Twin;
 use crate::quasi_newton::QuasiNewton;
@@ -54,7 +54,7 @@ pub(crate) fn tip_adjoints(
         if let [Some(x), Some(y), Some(z)] = solved {
             return Some([x, y, z]);
         }
-        quasi_newton.distrust();
+        quasi_newton.invalidate();
     }
     None
 }
@@ -220,7 +220,7 @@ mod tests {
             stepper.step(twin, &targets(&part(f64::from(k) / 8.0))).expect("an equilibrium");
         }
         let mut refactorisations = 0;
-        stepper.fast_iteration().never_pays();
+        stepper.fast_iteration().disable_refactorisation();
         let mut strokes = part(1.0);
         for k in 1..=50 {
             strokes = part(1.0 + f64::from(k) * 1e-5 / longest);

@@ -301,7 +301,7 @@ mod tests {
 
     fn displaced(x: &[[f64; 4]], factor: f64, direction: &[f64]) -> Vec<[f64; 4]> {
         let mut x = x.to_vec();
-        crate::balance::move_nodes(&mut x, factor, direction);
+        crate::equilibrium_residual::move_nodes(&mut x, factor, direction);
         x
     }
 

@@ -13,8 +13,8 @@
 use hysteron_actuator::Play;
 
 use crate::TwinState;
-use crate::balance::StepTargets;
 use crate::cable::CableShape;
+use crate::equilibrium_residual::StepTargets;
 use crate::model::{Target, Twin};
 
 /// Writes the largest jump at every friction point [N] for the shape and the tensions of an equilibrium.
@@ -37,14 +37,14 @@ pub(crate) fn stick(twin: &Twin, slip: &[f64], bounds: &[f64], control: &mut Ste
     let first = twin.tendons.len();
     for (i, (slide, bound)) in slip.iter().zip(bounds).enumerate() {
         control.strokes[first + i] = *slide;
-        control.lowest[first + i] = -bound;
-        control.highest[first + i] = *bound;
+        control.lower[first + i] = -bound;
+        control.upper[first + i] = *bound;
     }
 }
 
 /// Largest change from the bounds that `control` has to `bounds`, over the largest of these [-].
 pub(crate) fn change_of_bounds(twin: &Twin, bounds: &[f64], control: &StepTargets) -> f64 {
-    let held = &control.highest[twin.tendons.len()..];
+    let held = &control.upper[twin.tendons.len()..];
     let largest = bounds.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     bounds.iter().zip(held).map(|(now, then)| (now - then).abs()).fold(0.0, f64::max) / largest
 }
@@ -54,15 +54,20 @@ pub(crate) fn commit_slip(twin: &Twin, control: &StepTargets, shape: &CableShape
     let first = twin.tendons.len();
     for i in 0..state.slip.len() {
         let (row, jump) = (first + i, state.tensions[first + i]);
-        if jump == control.lowest[row] || jump == control.highest[row] {
+        if jump == control.lower[row] || jump == control.upper[row] {
             state.slip[i] = shape.strokes[row] + twin.cables.stretch(row, &state.tensions);
         }
     }
 }
 
 /// Moves the plays of stroke-driven tendons to their targets, and commands what comes through.
-pub(crate) fn follow_backlash(twin: &Twin, targets: &[Target], plays: &mut [f64], control: &mut StepTargets) {
-    for (j, output) in plays.iter_mut().enumerate() {
+pub(crate) fn follow_backlash(
+    twin: &Twin,
+    targets: &[Target],
+    backlash: &mut [f64],
+    control: &mut StepTargets,
+) {
+    for (j, output) in backlash.iter_mut().enumerate() {
         if let Target::Stroke(stroke) = targets[j] {
             *output = Play { width: twin.backlash, output: *output }.follow(stroke);
             control.strokes[j] = *output + twin.tendons[j].zero;

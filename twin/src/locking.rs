@@ -14,7 +14,7 @@ use hysteron_fem::{Cells, FactorKind, Mesh, Stiffness, StiffnessFactor, Tangent}
 use hysteron_fit::qp::{BoxQp, QpStatus};
 
 use crate::Result;
-use crate::balance::StepTargets;
+use crate::equilibrium_residual::StepTargets;
 use crate::model::{Target, Twin};
 use crate::projection::Projection;
 
@@ -131,7 +131,7 @@ impl RestResponse {
         if n > 0 {
             let mut qp = BoxQp::new(n);
             qp.set_matrix(&self.projection.delassus);
-            let (status, _) = qp.solve(&missing, &control.lowest, &control.highest, &mut tensions);
+            let (status, _) = qp.solve(&missing, &control.lower, &control.upper, &mut tensions);
             if status != QpStatus::Solved {
                 return None;
             }

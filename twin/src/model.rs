@@ -255,12 +255,12 @@ impl Twin {
             tensions: vec![0.0; self.cables.len()],
             load: 0.0,
             slip: vec![0.0; self.friction.len()],
-            plays: vec![0.0; self.n_plays()],
+            backlash: vec![0.0; self.n_backlash()],
         }
     }
 
     /// Number of tendons with backlash.
-    pub(crate) fn n_plays(&self) -> usize {
+    pub(crate) fn n_backlash(&self) -> usize {
         if self.backlash > 0.0 { self.n_primary } else { 0 }
     }
 

@@ -21,7 +21,7 @@ use hysteron_fem::vectors::{axpy, dot};
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
 use nalgebra::{DMatrix, DVector};
 
-use crate::balance::{EquilibriumResidual, StepTargets, move_nodes};
+use crate::equilibrium_residual::{EquilibriumResidual, StepTargets, move_nodes};
 use crate::error::Cause;
 use crate::gmres::gmres;
 use crate::model::Twin;
@@ -39,9 +39,9 @@ const DIVERGED: f64 = 1e8;
 /// Directions in which the turning of couples is taken into account.
 const COUPLE_DIRECTIONS: usize = 8;
 /// Shortest part of a Newton step that is tried.
-const SHORTEST: f64 = 1.0 / 64.0;
+const MIN_STEP_LENGTH: f64 = 1.0 / 64.0;
 /// Longest displacement of one Newton step, relative to the body's extent.
-const LONGEST_MOVE: f64 = 0.25;
+const MAX_MOVE: f64 = 0.25;
 /// Shares of the always definite tangent that are mixed in, least first, until there is a factor.
 const DEFINITE_SHARES: [f64; 4] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0, 1.0];
 /// Part of the predicted fall of energy that a trial must show (Armijo).
@@ -123,7 +123,7 @@ impl Newton {
     ) -> Result<(), NewtonFailure> {
         let most = if search == StepSearch::Full { MAX_FULL_STEPS } else { MAX_ITERATIONS };
         for j in 0..state.tensions.len() {
-            state.tensions[j] = state.tensions[j].clamp(control.lowest[j], control.highest[j]);
+            state.tensions[j] = state.tensions[j].clamp(control.lower[j], control.upper[j]);
         }
         self.inverted = None;
         balance.evaluate(twin, control, &state.positions, &state.tensions);
@@ -271,10 +271,10 @@ impl Newton {
     /// with all, and leaves each that would go beyond a bound on it. Fails where W is not that of a stable
     /// equilibrium under the strokes of those tendons.
     fn solve_taut(&mut self) -> Result<(), Cause> {
-        let TensionStep { stroke_residual, lowest, highest, increments, .. } = &mut self.tensions;
+        let TensionStep { stroke_residual, lower, upper, increments, .. } = &mut self.tensions;
         let n = stroke_residual.len();
-        let mut taut: Vec<usize> = (0..n).filter(|&j| lowest[j] < highest[j]).collect();
-        increments.copy_from_slice(lowest);
+        let mut taut: Vec<usize> = (0..n).filter(|&j| lower[j] < upper[j]).collect();
+        increments.copy_from_slice(lower);
         while !taut.is_empty() {
             let w = |i: usize, j: usize| self.projection.delassus[i * n + j];
             let matrix = DMatrix::from_fn(taut.len(), taut.len(), |k, l| w(taut[k], taut[l]));
@@ -285,7 +285,7 @@ impl Newton {
             });
             let solution = matrix.clone().lu().solve(&right).ok_or(Cause::NoFactor)?;
             for (k, &j) in taut.iter().enumerate() {
-                increments[j] = solution[k].clamp(lowest[j], highest[j]);
+                increments[j] = solution[k].clamp(lower[j], upper[j]);
             }
             let beyond = |k: usize| (solution[k] - increments[taut[k]]).abs();
             let worst = (0..taut.len()).max_by(|&a, &b| beyond(a).total_cmp(&beyond(b)));
@@ -317,10 +317,10 @@ impl Newton {
             axpy(twin.body.isa, *increment, column, &mut self.displacement);
         }
         let longest = self.displacement.iter().fold(0.0f64, |max, d| max.max(d.abs()));
-        let mut part = (LONGEST_MOVE * self.extent / longest).min(1.0);
+        let mut step_length = (MAX_MOVE * self.extent / longest).min(1.0);
         let increments = self.tensions.increments.clone();
         if search == StepSearch::Full {
-            self.try_part(twin, control, state, &increments, part, balance);
+            self.try_step_length(twin, control, state, &increments, step_length, balance);
             std::mem::swap(state, &mut self.trial);
             return Ok(());
         }
@@ -329,45 +329,45 @@ impl Newton {
         let strongest = self.strongest_tension(state);
         let energy = balance.potential(twin, control, &state.positions, strongest);
         let fall = self.predicted_fall(twin, control, state, balance, strongest);
-        while part >= SHORTEST {
-            self.try_part(twin, control, state, &increments, part, balance);
+        while step_length >= MIN_STEP_LENGTH {
+            self.try_step_length(twin, control, state, &increments, step_length, balance);
             if was_upright && !balance.is_upright {
                 self.inverted = twin.body.first_inverted(&self.trial.positions).map(|(element, _)| element);
-                part *= 0.5;
+                step_length *= 0.5;
                 continue;
             }
             let is_closer = balance.is_finite() && {
                 let trial = self.size_of_correction(twin, control, balance);
                 // The relative residual decides once the corrections are lost in round-off.
-                trial <= (1.0 - 0.25 * part) * present || balance.relative < 0.5 * best_seen
+                trial <= (1.0 - 0.25 * step_length) * present || balance.relative < 0.5 * best_seen
             };
             let falls = || {
                 let trial = balance.potential(twin, control, &self.trial.positions, strongest);
-                trial.zip(energy).is_some_and(|(trial, energy)| trial < energy - ENOUGH * part * fall)
+                trial.zip(energy).is_some_and(|(trial, energy)| trial < energy - ENOUGH * step_length * fall)
             };
             if is_closer || balance.is_met(twin) || falls() {
                 std::mem::swap(state, &mut self.trial);
                 return Ok(());
             }
-            part *= 0.5;
+            step_length *= 0.5;
         }
         balance.evaluate(twin, control, &state.positions, &state.tensions);
         Err(Cause::LineSearch)
     }
 
-    /// Makes `trial` the state after `part` of the step, and evaluates it.
-    fn try_part(
+    /// Makes `trial` the state after `step_length` of the step, and evaluates it.
+    fn try_step_length(
         &mut self,
         twin: &Twin,
         control: &StepTargets,
         state: &TwinState,
         increments: &[f64],
-        part: f64,
+        step_length: f64,
         balance: &mut EquilibriumResidual,
     ) {
         self.trial.clone_from(state);
-        move_nodes(&mut self.trial.positions, part, &self.displacement);
-        TensionStep::apply(control, increments, part, &mut self.trial.tensions);
+        move_nodes(&mut self.trial.positions, step_length, &self.displacement);
+        TensionStep::apply(control, increments, step_length, &mut self.trial.tensions);
         balance.evaluate(twin, control, &self.trial.positions, &self.trial.tensions);
     }
 
@@ -394,8 +394,11 @@ impl Newton {
                 let change = twin.cables.row_times(&balance.shape, j, &self.displacement);
                 let stroke_residual = control.strokes[j] - balance.shape.strokes[j];
                 let compliance = twin.cables.own_compliance(j);
-                let clutch = |stroke_residual: f64| control.clutch(j, stroke_residual, compliance, strongest);
-                clutch(stroke_residual) - clutch(stroke_residual - change) - state.tensions[j] * change
+                let stroke_penalty =
+                    |stroke_residual: f64| control.stroke_penalty(j, stroke_residual, compliance, strongest);
+                stroke_penalty(stroke_residual)
+                    - stroke_penalty(stroke_residual - change)
+                    - state.tensions[j] * change
             })
             .sum();
         (cables - work).max(0.0)

@@ -47,7 +47,7 @@ const SETTLED: f64 = 1e-5;
 ///
 /// # Errors
 /// Those of [`Plant::step`].
-pub fn settle(twin: &Twin, plant: &mut dyn Plant, primary: &[f64]) -> Result<PlantStep> {
+pub fn relax_to_equilibrium(twin: &Twin, plant: &mut dyn Plant, primary: &[f64]) -> Result<PlantStep> {
     let still = SETTLED * twin.cables.longest();
     let mut step = plant.step(primary)?;
     for _ in 1..MAX_SETTLING {
@@ -70,7 +70,7 @@ pub struct PhysicsTwin<'a> {
 }
 
 impl<'a> PhysicsTwin<'a> {
-    /// Starts from the undeformed body; see [`settle`].
+    /// Starts from the undeformed body; see [`relax_to_equilibrium`].
     pub fn new(twin: &'a Twin) -> Self {
         let resting = twin.tendons[twin.n_primary..].iter();
         let resting = resting.map(|tendon| Target::Tension(tendon.tension.clamp(0.0))).collect();

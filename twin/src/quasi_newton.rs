@@ -14,8 +14,8 @@ use hysteron_fem::vectors::combine_into;
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
 
 use crate::anderson::Anderson;
-use crate::balance::{EquilibriumResidual, StepTargets, move_nodes};
 use crate::cable::CableShape;
+use crate::equilibrium_residual::{EquilibriumResidual, StepTargets, move_nodes};
 use crate::error::Cause;
 use crate::model::Twin;
 use crate::predictor::{EquilibriumPredictor, Prescribed};
@@ -110,17 +110,17 @@ impl QuasiNewton {
 
     /// A new factor between steps pays never.
     #[cfg(test)]
-    pub fn never_pays(&mut self) {
+    pub fn disable_refactorisation(&mut self) {
         self.refactorisation_cost = f64::INFINITY;
     }
 
     /// The factor in use is of no use where the state is now.
-    pub fn distrust(&mut self) {
+    pub fn invalidate(&mut self) {
         self.is_unusable = true;
     }
 
     /// The state has jumped: history and factor no longer fit.
-    pub fn forget(&mut self) {
+    pub fn reset(&mut self) {
         self.predictor.clear();
         self.anderson.clear();
         self.is_unusable = true;
@@ -208,8 +208,8 @@ impl QuasiNewton {
         for j in 0..m {
             let prescribed = match self.active_set[j] {
                 Activity::Free if !control.is_tension(j) => Prescribed::Stroke(control.strokes[j]),
-                Activity::AtUpper => Prescribed::Tension(control.highest[j], self.compliance(j)),
-                _ => Prescribed::Tension(control.lowest[j], self.compliance(j)),
+                Activity::AtUpper => Prescribed::Tension(control.upper[j], self.compliance(j)),
+                _ => Prescribed::Tension(control.lower[j], self.compliance(j)),
             };
             self.prescribed.push(prescribed);
         }
@@ -217,7 +217,7 @@ impl QuasiNewton {
         // Prescribed tensions that the history does not explain move the body by Y dT.
         for j in 0..m {
             let expected = state.tensions[j] + self.step[n + j];
-            state.tensions[j] = expected.clamp(control.lowest[j], control.highest[j]);
+            state.tensions[j] = expected.clamp(control.lower[j], control.upper[j]);
             self.tensions.increments[j] = state.tensions[j] - expected;
         }
         self.move_by_tensions(twin);

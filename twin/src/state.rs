@@ -14,5 +14,5 @@ pub struct TwinState {
     /// Length of tendon that has slid past each friction point towards the pulled end, where it stuck last [m].
     pub slip: Vec<f64>,
     /// Stroke behind the backlash of each real tendon [m]; empty without backlash.
-    pub plays: Vec<f64>,
+    pub backlash: Vec<f64>,
 }

@@ -47,12 +47,12 @@ impl TwinState {
             n_nodes: self.positions.len(),
             n_tendons: self.tensions.len(),
             load: self.load,
-            n_memory: self.slip.len() + self.plays.len(),
+            n_memory: self.slip.len() + self.backlash.len(),
             command: command.into(),
             sha256: NO_CHECKSUM.into(),
         };
         let positions = twin.body.in_file_order(&self.positions);
-        let memory = self.slip.iter().chain(&self.plays);
+        let memory = self.slip.iter().chain(&self.backlash);
         let numbers = positions.as_flattened().iter().chain(&self.tensions).chain(memory);
         let mut bytes = json!(header).to_string().into_bytes();
         bytes.push(b'\n');
@@ -71,7 +71,7 @@ impl TwinState {
     /// not finite.
     pub fn read(path: &Path, twin: &Twin, scene_hash: &str) -> Result<Self> {
         let (n_nodes, n_tendons) = (twin.body.n_nodes(), twin.cables.len());
-        let n_memory = twin.friction.len() + twin.n_plays();
+        let n_memory = twin.friction.len() + twin.n_backlash();
         let n_bytes = 8 * (3 * n_nodes + n_tendons + n_memory);
         let mut bytes = file::read_bytes(path)?;
         let bad = |what: &str, expected: String, found: String| {
@@ -120,7 +120,7 @@ impl TwinState {
         })?;
         let (positions, others) = numbers.split_at(3 * n_nodes);
         let (tensions, memory) = others.split_at(n_tendons);
-        let (slip, plays) = memory.split_at(twin.friction.len());
+        let (slip, backlash) = memory.split_at(twin.friction.len());
         let place = |&file: &u32| {
             let [x, y, z] = positions.as_chunks::<3>().0[file as usize];
             [x, y, z, 0.0]
@@ -130,7 +130,7 @@ impl TwinState {
             tensions: tensions.to_vec(),
             load: header.load,
             slip: slip.to_vec(),
-            plays: plays.to_vec(),
+            backlash: backlash.to_vec(),
         })
     }
 }

@@ -3,7 +3,7 @@
 use hysteron_base::BadInput;
 
 use crate::adjoint::{TipAdjoint, tip_adjoints};
-use crate::balance::{EquilibriumResidual, StepTargets};
+use crate::equilibrium_residual::{EquilibriumResidual, StepTargets};
 use crate::friction::{bounds_into, change_of_bounds, commit_slip, follow_backlash, stick};
 use crate::friction_points::FrictionPoints;
 use crate::model::{Target, Twin};
@@ -16,10 +16,10 @@ use crate::tip::TipResponse;
 use crate::{Error, Result};
 
 /// Smallest part of a step that is tried before giving up.
-const SMALLEST_PART: f64 = 1.0 / 4096.0;
+const MIN_STEP_LENGTH: f64 = 1.0 / 4096.0;
 
 /// Largest part of a step that is tried with damping: on a larger one, a smaller one is cheaper.
-const LARGEST_DAMPED_PART: f64 = 1.0 / 16.0;
+const MAX_DAMPED_STEP_LENGTH: f64 = 1.0 / 16.0;
 
 /// Change of a friction bound, of the largest, above which a step is made again with the bounds of where it led, and
 /// how often at most: a jump then ends with the friction of its end.
@@ -31,7 +31,7 @@ const MAX_REPEATS: usize = 8;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct FrictionMemory {
     slip: Vec<f64>,
-    plays: Vec<f64>,
+    backlash: Vec<f64>,
     /// Friction bounds [N].
     bounds: Vec<f64>,
 }
@@ -46,8 +46,8 @@ pub(crate) struct LinearisedStep<'a> {
     /// Stroke residual of each cable [m]; zero where its tension is prescribed.
     pub stroke_residual: &'a [f64],
     /// Bounds of the tensions [N].
-    pub lowest: &'a [f64],
-    pub highest: &'a [f64],
+    pub lower: &'a [f64],
+    pub upper: &'a [f64],
 }
 
 /// Steps a twin from equilibrium to equilibrium. Owns the equilibrium where it stands and all scratch, so that steps allocate
@@ -69,7 +69,7 @@ pub struct Stepper {
     /// Its friction bounds [N].
     bounds: Vec<f64>,
     /// Strokes behind the backlash in this step [m].
-    plays: Vec<f64>,
+    backlash: Vec<f64>,
 }
 
 impl Stepper {
@@ -83,7 +83,7 @@ impl Stepper {
             saved: twin.rest(),
             state: twin.rest(),
             bounds: vec![0.0; twin.friction.len()],
-            plays: vec![0.0; twin.n_plays()],
+            backlash: vec![0.0; twin.n_backlash()],
         };
         stepper.measure_friction(twin, &twin.rest());
         stepper
@@ -101,7 +101,7 @@ impl Stepper {
     pub fn restore(&mut self, twin: &Twin, state: &TwinState) -> Result<()> {
         check_state(twin, state)?;
         self.state.clone_from(state);
-        self.quasi_newton.forget();
+        self.quasi_newton.reset();
         self.measure_friction(twin, state);
         Ok(())
     }
@@ -166,36 +166,36 @@ impl Stepper {
             state,
             projection: self.quasi_newton.projection(twin, state, &self.balance)?,
             stroke_residual: &self.balance.stroke_residual,
-            lowest: &control.lowest,
-            highest: &control.highest,
+            lower: &control.lower,
+            upper: &control.upper,
         })
     }
 
     /// The friction memory where it stands.
     pub(crate) fn memory_into(&self, memory: &mut FrictionMemory) {
         memory.slip.clone_from(&self.state.slip);
-        memory.plays.clone_from(&self.state.plays);
+        memory.backlash.clone_from(&self.state.backlash);
         memory.bounds.clone_from(&self.bounds);
     }
 
     /// Gives the equilibrium where it stands another friction memory; history and factor stay.
     fn restore_friction(&mut self, memory: &FrictionMemory) {
         self.state.slip.clone_from(&memory.slip);
-        self.state.plays.clone_from(&memory.plays);
+        self.state.backlash.clone_from(&memory.backlash);
         self.bounds.clone_from(&memory.bounds);
     }
 
     /// True where the last step left cable `j` with a tension between its bounds: its stroke is held.
     pub(crate) fn is_held(&self, j: usize) -> bool {
         let tension = self.state.tensions[j];
-        tension > self.control.lowest[j] && tension < self.control.highest[j]
+        tension > self.control.lower[j] && tension < self.control.upper[j]
     }
 
     /// Sets what a step from `state` has to reach.
     fn command(&mut self, twin: &Twin, targets: &[Target], state: &TwinState) {
         self.control.set(twin, targets);
-        self.plays.clone_from(&state.plays);
-        follow_backlash(twin, targets, &mut self.plays, &mut self.control);
+        self.backlash.clone_from(&state.backlash);
+        follow_backlash(twin, targets, &mut self.backlash, &mut self.control);
         stick(twin, &state.slip, &self.bounds, &mut self.control);
     }
 
@@ -230,7 +230,7 @@ impl Stepper {
         if result.is_err() {
             self.measure_friction(twin, state);
         }
-        state.plays.clone_from(&self.plays);
+        state.backlash.clone_from(&self.backlash);
         commit_slip(twin, &self.control, &self.balance.shape, state);
     }
 
@@ -246,7 +246,7 @@ impl Stepper {
                 return true;
             }
             state.clone_from(&self.saved);
-            self.quasi_newton.forget();
+            self.quasi_newton.reset();
         }
         false
     }
@@ -327,30 +327,30 @@ impl Stepper {
         strokes.extend_from_slice(&self.control.strokes[strokes.len()..]);
         let from = StepTargets {
             strokes,
-            lowest: state.tensions.clone(),
-            highest: state.tensions.clone(),
+            lower: state.tensions.clone(),
+            upper: state.tensions.clone(),
             load: state.load,
         };
-        let (mut reached, mut part) = (0.0, 1.0f64);
+        let (mut reached, mut step_length) = (0.0, 1.0f64);
         let mut control = self.control.clone();
         while reached < 1.0 {
-            let next = (reached + part).min(1.0);
+            let next = (reached + step_length).min(1.0);
             let mix = |a: f64, b: f64| a + next * (b - a);
             for j in 0..state.tensions.len() {
                 control.strokes[j] = mix(from.strokes[j], self.control.strokes[j]);
                 if self.control.is_tension(j) && next < 1.0 {
-                    control.lowest[j] = mix(from.lowest[j], self.control.lowest[j]);
-                    control.highest[j] = control.lowest[j];
+                    control.lower[j] = mix(from.lower[j], self.control.lower[j]);
+                    control.upper[j] = control.lower[j];
                 } else {
-                    control.lowest[j] = self.control.lowest[j];
-                    control.highest[j] = self.control.highest[j];
+                    control.lower[j] = self.control.lower[j];
+                    control.upper[j] = self.control.upper[j];
                 }
             }
             control.load = mix(from.load, self.control.load);
             self.saved.clone_from(state);
             report.sub_steps += 1;
             let mut outcome = newton.run(twin, &control, state, &mut self.balance, StepSearch::Full, report);
-            if outcome.is_err() && part <= LARGEST_DAMPED_PART {
+            if outcome.is_err() && step_length <= MAX_DAMPED_STEP_LENGTH {
                 state.clone_from(&self.saved);
                 outcome = newton.run(twin, &control, state, &mut self.balance, StepSearch::Damped, report);
             }
@@ -358,20 +358,20 @@ impl Stepper {
                 Ok(()) => {
                     state.load = control.load;
                     reached = next;
-                    part = (2.0 * part).min(1.0 - reached);
+                    step_length = (2.0 * step_length).min(1.0 - reached);
                 }
                 Err(NewtonFailure { relative_residual, cause }) => {
                     state.clone_from(&self.saved);
-                    part *= 0.5;
-                    if part < SMALLEST_PART {
+                    step_length *= 0.5;
+                    if step_length < MIN_STEP_LENGTH {
                         if reached > 0.0 {
                             let driven = |j: &usize| !self.control.is_tension(*j);
-                            for j in (0..self.plays.len()).filter(driven) {
+                            for j in (0..self.backlash.len()).filter(driven) {
                                 let (a, b) = (from.strokes[j], self.control.strokes[j]);
-                                self.plays[j] = a + reached * (b - a) - twin.tendons[j].zero;
+                                self.backlash[j] = a + reached * (b - a) - twin.tendons[j].zero;
                             }
                         } else {
-                            self.plays.clone_from(&state.plays);
+                            self.backlash.clone_from(&state.backlash);
                         }
                         let hint =
                             "reduce the stroke, raise the tension bounds, or use a finer or quadratic mesh";
@@ -390,11 +390,13 @@ impl Stepper {
 }
 
 fn check_state(twin: &Twin, state: &TwinState) -> Result<()> {
-    let found = (state.positions.len(), state.tensions.len(), state.slip.len(), state.plays.len());
-    let expected = (twin.body.n_nodes(), twin.cables.len(), twin.friction.len(), twin.n_plays());
+    let found = (state.positions.len(), state.tensions.len(), state.slip.len(), state.backlash.len());
+    let expected = (twin.body.n_nodes(), twin.cables.len(), twin.friction.len(), twin.n_backlash());
     if found != expected {
-        let text = |(nodes, tensions, slip, plays): (usize, usize, usize, usize)| {
-            format!("{nodes} nodes, {tensions} tensions, {slip} friction points and {plays} plays")
+        let text = |(nodes, tensions, slip, backlash): (usize, usize, usize, usize)| {
+            format!(
+                "{nodes} nodes, {tensions} tensions, {slip} friction points and {backlash} backlash states"
+            )
         };
         let (expected, found) = (text(expected), text(found));
         return Err(BadInput::new("state", expected, found).hint("the state is of another robot").into());
@@ -407,7 +409,7 @@ fn check_state(twin: &Twin, state: &TwinState) -> Result<()> {
         };
         return Err(BadInput::new(place, "a finite number", state.tensions[j].to_string()).into());
     }
-    if let Some(number) = state.slip.iter().chain(&state.plays).find(|number| !number.is_finite()) {
+    if let Some(number) = state.slip.iter().chain(&state.backlash).find(|number| !number.is_finite()) {
         let place = "state: memory of friction and backlash";
         return Err(BadInput::new(place, "finite numbers", number.to_string()).into());
     }

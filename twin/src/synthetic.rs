@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use crate::friction_points::FrictionPoints;
 use crate::model::Twin;
-use crate::plant::{Plant, PlantStep, settle};
+use crate::plant::{Plant, PlantStep, relax_to_equilibrium};
 use crate::{Error, Result, TwinState};
 
 /// Samples between two Jacobians, which change with the shape, slowly; each stands until the next.
@@ -112,7 +112,7 @@ pub fn synthesise(
     if !drive.strokes(0, None, &mut now) {
         return Err(BadInput::new("a trajectory", "at least one sample", "none").into());
     }
-    let rest = match settle(twin, plant, &now) {
+    let rest = match relax_to_equilibrium(twin, plant, &now) {
         Ok(rest) => rest,
         Err(Error::NoEquilibrium { .. }) => {
             return Ok(SyntheticOutcome::Dropped(0, Unphysical::NoEquilibrium));

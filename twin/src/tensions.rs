@@ -1,6 +1,6 @@
 //! The tension increments of a correction: the bound-constrained QP of eq. 4, posed and applied.
 
-use crate::balance::StepTargets;
+use crate::equilibrium_residual::StepTargets;
 use hysteron_fit::qp::{BoxQp, QpSolver, QpStatus};
 
 /// A QP in the tension increments and its answer; scratch.
@@ -10,8 +10,8 @@ pub(crate) struct TensionStep {
     /// Stroke that each cable still has to make [m].
     pub stroke_residual: Vec<f64>,
     /// Bounds of the increments [N].
-    pub lowest: Vec<f64>,
-    pub highest: Vec<f64>,
+    pub lower: Vec<f64>,
+    pub upper: Vec<f64>,
     /// The answer [N].
     pub increments: Vec<f64>,
 }
@@ -23,8 +23,8 @@ impl TensionStep {
         Self {
             qp: BoxQp::new(m),
             stroke_residual: zeros.clone(),
-            lowest: zeros.clone(),
-            highest: zeros.clone(),
+            lower: zeros.clone(),
+            upper: zeros.clone(),
             increments: zeros,
         }
     }
@@ -34,15 +34,15 @@ impl TensionStep {
     pub fn pose(&mut self, control: &StepTargets, tensions: &[f64], stroke_residual: impl Fn(usize) -> f64) {
         for (j, tension) in tensions.iter().enumerate() {
             self.stroke_residual[j] = if control.is_tension(j) { 0.0 } else { stroke_residual(j) };
-            self.lowest[j] = control.lowest[j] - tension;
-            self.highest[j] = control.highest[j] - tension;
+            self.lower[j] = control.lower[j] - tension;
+            self.upper[j] = control.upper[j] - tension;
         }
     }
 
     /// Solves the QP that was posed; returns the solver that succeeded, or the status.
     pub fn solve(&mut self) -> Result<QpSolver, QpStatus> {
         let (status, solver) =
-            self.qp.solve(&self.stroke_residual, &self.lowest, &self.highest, &mut self.increments);
+            self.qp.solve(&self.stroke_residual, &self.lower, &self.upper, &mut self.increments);
         if status == QpStatus::Solved { Ok(solver) } else { Err(status) }
     }
 
@@ -50,13 +50,13 @@ impl TensionStep {
     /// slackness is free of round-off.
     pub fn apply(control: &StepTargets, increments: &[f64], part: f64, tensions: &mut [f64]) {
         for (j, tension) in tensions.iter_mut().enumerate() {
-            let (lowest, highest) = (control.lowest[j], control.highest[j]);
-            *tension = if part == 1.0 && increments[j] == lowest - *tension {
-                lowest
-            } else if part == 1.0 && increments[j] == highest - *tension {
-                highest
+            let (lower, upper) = (control.lower[j], control.upper[j]);
+            *tension = if part == 1.0 && increments[j] == lower - *tension {
+                lower
+            } else if part == 1.0 && increments[j] == upper - *tension {
+                upper
             } else {
-                (*tension + part * increments[j]).clamp(lowest, highest)
+                (*tension + part * increments[j]).clamp(lower, upper)
             };
         }
     }

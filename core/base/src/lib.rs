@@ -16,7 +16,6 @@
 // Units stand in brackets in the comments, [m] and [N], which rustdoc takes for links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
-pub mod believed;
 pub mod checks;
 mod error;
 pub mod file;
@@ -26,6 +25,7 @@ pub mod lanes;
 mod lock;
 mod panics;
 pub mod parallel;
+pub mod plausible_range;
 mod recording;
 mod rng;
 pub mod sampling;

@@ -16,7 +16,7 @@ use basin::{
 
 use hysteron_base::BadInput;
 
-use crate::aside::{Erased, EvaluationError, aside};
+use crate::evaluation_error::{Erased, EvaluationError, aside};
 use crate::{Failure, Parameter};
 
 /// How a population is moved.

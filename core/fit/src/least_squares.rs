@@ -6,7 +6,7 @@
 //! fits worse than noise allows.
 
 use crate::Failure;
-use crate::aside::{Erased, EvaluationError, aside};
+use crate::evaluation_error::{Erased, EvaluationError, aside};
 use crate::outcome::{Fit, Options};
 use crate::parameter::Parameter;
 use crate::search::{FitProblem, ResidualSeries, cost, prior_rows, rms};

@@ -3,7 +3,7 @@
 //! [`least_squares`] finds the minimum near a start and says what each parameter is worth; [`search_globally`] finds where
 //! to start; [`FuzzyNetwork`] is a curve of five rules; [`folds`] says what of it holds for recordings that were not used. Nothing here knows a robot.
 
-mod aside;
+mod evaluation_error;
 mod folds;
 mod fuzzy;
 mod global;

@@ -14,7 +14,7 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationRe
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 
 use crate::Failure;
-use crate::aside::{Erased, EvaluationError, aside};
+use crate::evaluation_error::{Erased, EvaluationError, aside};
 use crate::outcome::{Fit, Options};
 use crate::parameter::Parameter;
 use crate::uncertainty::{self, Identifiability, ResidualVariance};

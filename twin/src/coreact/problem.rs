@@ -166,8 +166,8 @@ pub(super) struct AuxiliaryProblem {
     pub last: Option<BoxedRows>,
     /// Stroke residual of each of the other cables [m], and bounds of its tension increment [N].
     stroke_residual: Vec<f64>,
-    lowest: Vec<f64>,
-    highest: Vec<f64>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
     /// Tension increments of the other cables [N].
     increments: Vec<f64>,
 }
@@ -179,8 +179,8 @@ impl AuxiliaryProblem {
             contact: BoxQp::new(n),
             last: None,
             stroke_residual: vec![0.0; n],
-            lowest: vec![0.0; n],
-            highest: vec![0.0; n],
+            lower: vec![0.0; n],
+            upper: vec![0.0; n],
             increments: vec![0.0; n],
         }
     }
@@ -190,8 +190,8 @@ impl AuxiliaryProblem {
         let state = conditions.state;
         for (a, j) in others(twin).enumerate() {
             self.stroke_residual[a] = conditions.stroke_residual[j];
-            self.lowest[a] = conditions.lowest[j] - state.tensions[j];
-            self.highest[a] = conditions.highest[j] - state.tensions[j];
+            self.lower[a] = conditions.lower[j] - state.tensions[j];
+            self.upper[a] = conditions.upper[j] - state.tensions[j];
         }
     }
 
@@ -253,7 +253,7 @@ impl AuxiliaryProblem {
         let stroke_residual: Vec<f64> =
             self.stroke_residual.iter().zip(pulled.iter()).map(|(all, made)| all - made).collect();
         let (status, _) =
-            self.contact.solve(&stroke_residual, &self.lowest, &self.highest, &mut self.increments);
+            self.contact.solve(&stroke_residual, &self.lower, &self.upper, &mut self.increments);
         let increments = DVector::from_column_slice(&self.increments);
         (status == QpStatus::Solved).then(|| Follow {
             active_set: self.contact.active_set().to_vec(),
@@ -267,8 +267,8 @@ impl AuxiliaryProblem {
         let held: Vec<usize> = (0..active_set.len()).filter(|&a| active_set[a] == Activity::Free).collect();
         let increments = DVector::from_fn(active_set.len(), |a, _| match active_set[a] {
             Activity::Free => 0.0,
-            Activity::AtLower => self.lowest[a],
-            Activity::AtUpper => self.highest[a],
+            Activity::AtLower => self.lower[a],
+            Activity::AtUpper => self.upper[a],
         });
         at.response(&held, &self.stroke_residual, &increments)
     }

@@ -7,7 +7,7 @@ use hysteron_base::{BadInput, Scene};
 use hysteron_fem::Mesh;
 use nalgebra::{Matrix3, Vector3};
 
-use super::course::FitSamples;
+use super::sampling::FitSamples;
 use crate::motion::Motion;
 use crate::{Registration, Result, Target, Twin, alignment, rollouts};
 

@@ -13,9 +13,9 @@ use hysteron_fit::{
 };
 
 use super::comparison::{AxisErrors, MotionComparison, TipFrame, check_axes};
-use super::course::{FitSamples, Stepping, courses};
 use super::hints::{Hint, hints, steepest};
 use super::quantity::Selected;
+use super::sampling::{FitSamples, Stepping, courses};
 use crate::motion::Motion;
 use crate::{Result, Twin};
 

@@ -6,16 +6,16 @@
 //! gravity, does not depend on its modulus: what the data does not determine is held at its start and said to be.
 
 mod comparison;
-mod course;
 mod hints;
 mod material;
 mod quantity;
+mod sampling;
 
 pub use comparison::{AxisErrors, TipFrame};
-pub use course::{FitSamples, Stepping, courses};
 pub use hints::Hint;
 pub use hysteron_fit::{
     Estimate, Fit, Identifiability, Options, Parameter, ParameterScale, Prior, TOLERANCE, least_squares,
 };
 pub use material::{FitProgress, MaterialFit, MaterialOptions, fit_material};
 pub use quantity::{FitParameter, Of, QUANTITIES, SceneQuantity, Selected, select};
+pub use sampling::{FitSamples, Stepping, courses};

@@ -102,7 +102,7 @@ impl StrokeDecoder {
     }
 
     /// Finds Ĝ for primary strokes; gives (Ĝ Ĝᵀ + γ I)⁻¹, zero where Ĝ is.
-    fn look(&self, primary: &[f64], scratch: &mut Decoding) -> Matrix2<f64> {
+    fn linearise(&self, primary: &[f64], scratch: &mut Decoding) -> Matrix2<f64> {
         self.terms_into(primary, &mut scratch.terms);
         scratch.sensitivity.fill(0.0);
         let g = scratch.sensitivity.as_mut_slice();
@@ -127,7 +127,7 @@ impl StrokeDecoder {
         scratch: &mut Decoding,
         strokes: &mut [f64],
     ) {
-        let pull = self.look(primary, scratch) * Vector2::from(displacement);
+        let pull = self.linearise(primary, scratch) * Vector2::from(displacement);
         for (stroke, g) in strokes.iter_mut().zip(scratch.sensitivity.column_iter()) {
             *stroke = g.dot(&pull);
         }
@@ -141,7 +141,7 @@ impl StrokeDecoder {
         primary: &[f64],
         scratch: &mut Decoding,
     ) -> [[f64; 3]; 3] {
-        let inverse = self.look(primary, scratch);
+        let inverse = self.linearise(primary, scratch);
         let estimates = scratch.sensitivity.column_iter().enumerate();
         let product = estimates.fold(Matrix3x2::zeros(), |sum, (k, estimate)| {
             sum + Vector3::from_fn(|a, _| sensitivity[a][k]) * estimate.transpose()

@@ -12,7 +12,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::Result;
 use crate::model::Twin;
-use crate::plant::{PhysicsTwin, Plant, settle};
+use crate::plant::{PhysicsTwin, Plant, relax_to_equilibrium};
 
 /// From two coordinates (a, b) [m] to the strokes of all primary tendons [m].
 pub type Coordinates<'a> = &'a (dyn Fn([f64; 2], &mut [f64]) + Sync);
@@ -52,7 +52,7 @@ pub struct PathController<'a> {
 
 /// A twin whose tip is steered.
 pub struct PathFollower<'a> {
-    steering: PathController<'a>,
+    controller: PathController<'a>,
     plant: Box<dyn Plant + 'a>,
     /// Where it is [m]; none before the first sample.
     tip: Option<[f64; 3]>,
@@ -105,7 +105,7 @@ impl<'a> PathController<'a> {
     /// The strokes (n_primary) [m] of the next sample, towards `goal` in x and y [m]; `tip` is where the last one
     /// has led
     /// [m], none before the first. True where a limit kept them from what they should have been.
-    pub fn towards(&mut self, goal: [f64; 2], tip: Option<[f64; 3]>, strokes: &mut [f64]) -> bool {
+    pub fn step(&mut self, goal: [f64; 2], tip: Option<[f64; 3]>, strokes: &mut [f64]) -> bool {
         let goal = Vector2::from(goal);
         let before = std::mem::replace(&mut self.goal, goal);
         // The robot need not rest where the path begins: strokes begin at rest, and what is missing is made up for from
@@ -123,7 +123,7 @@ impl<'a> PathController<'a> {
 
     /// The strokes (n_primary) [m] of the next sample, towards none at all as fast as the limits allow: the way
     /// home, at the end.
-    pub fn home(&mut self, strokes: &mut [f64]) {
+    pub fn return_home(&mut self, strokes: &mut [f64]) {
         let way = self.command.norm();
         let left = f64::max(way - self.limits.rate * self.duration, 0.0);
         self.go_to(self.command.cap_magnitude(left), strokes);
@@ -153,11 +153,11 @@ impl<'a> PathFollower<'a> {
         limits: FollowLimits,
         duration: f64,
     ) -> Result<Self> {
-        let steering = PathController::new(twin, coordinates, limits, duration)?;
+        let controller = PathController::new(twin, coordinates, limits, duration)?;
         let mut strokes = vec![0.0; twin.n_primary];
         coordinates([0.0; 2], &mut strokes);
-        settle(twin, &mut *plant, &strokes)?;
-        Ok(Self { steering, plant, tip: None, strokes })
+        relax_to_equilibrium(twin, &mut *plant, &strokes)?;
+        Ok(Self { controller, plant, tip: None, strokes })
     }
 
     /// Strokes now (n_primary) [m].
@@ -170,7 +170,7 @@ impl<'a> PathFollower<'a> {
     /// # Errors
     /// Those of [`Plant::step`].
     pub fn step(&mut self, goal: [f64; 2]) -> Result<FollowStep> {
-        let is_limited = self.steering.towards(goal, self.tip, &mut self.strokes);
+        let is_limited = self.controller.step(goal, self.tip, &mut self.strokes);
         self.go_on(is_limited)
     }
 
@@ -179,13 +179,13 @@ impl<'a> PathFollower<'a> {
     /// # Errors
     /// Those of [`Plant::step`].
     pub fn step_home(&mut self) -> Result<FollowStep> {
-        self.steering.home(&mut self.strokes);
+        self.controller.return_home(&mut self.strokes);
         self.go_on(false)
     }
 
     /// True where all strokes are zero.
     pub fn is_home(&self) -> bool {
-        self.steering.is_home()
+        self.controller.is_home()
     }
 
     fn go_on(&mut self, is_limited: bool) -> Result<FollowStep> {

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::friction_points::FrictionPoints;
 use crate::model::Twin;
-use crate::plant::{Plant, settle};
+use crate::plant::{Plant, relax_to_equilibrium};
 use crate::{Result, TipResponse};
 
 /// Commands and measurements of one sample.
@@ -74,7 +74,7 @@ impl<'a> TwinObserver<'a> {
     /// # Errors
     /// The twin has no equilibrium there.
     pub fn new(twin: &Twin, mut plant: Box<dyn Plant + 'a>, strokes: &[f64], period: f64) -> Result<Self> {
-        settle(twin, plant.as_mut(), strokes)?;
+        relax_to_equilibrium(twin, plant.as_mut(), strokes)?;
         let n_delay = (LOAD_DELAY / period).round() as usize;
         Ok(Self {
             plant,

@@ -1,7 +1,7 @@
 //! Steering a twin along a path, and doing it again with the strokes alone.
 
 use hysteron_twin::residual::{FollowLimits, PathFollower};
-use hysteron_twin::{PhysicsTwin, Plant, settle};
+use hysteron_twin::{PhysicsTwin, Plant, relax_to_equilibrium};
 
 use super::{distance, scenes};
 
@@ -68,7 +68,7 @@ fn a_robot_that_rests_aside_is_led_onto_its_path_at_the_allowed_rate() {
     let (mut scene, mesh) = scenes::robot();
     scene.tendons[0].zero = 1e-3;
     let twin = hysteron_twin::Twin::new(&scene, &mesh).unwrap();
-    let rest = settle(&twin, &mut PhysicsTwin::new(&twin), &[0.0; 4]).unwrap().tip;
+    let rest = relax_to_equilibrium(&twin, &mut PhysicsTwin::new(&twin), &[0.0; 4]).unwrap().tip;
     assert!(rest[0].abs() > 1e-3, "a rest that tests nothing: {rest:?}");
     let follow = |goal: [f64; 2]| {
         let mut follower =

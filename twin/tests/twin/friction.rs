@@ -243,16 +243,16 @@ fn backlash_is_crossed_before_the_tendon_follows() {
     let mut plain = Robot::new(&scenes::robot());
     robot.go(&bend(1.7e-3));
     plain.go(&bend(1.5e-3));
-    let held = robot.state.plays.clone();
+    let held = robot.state.backlash.clone();
     assert_close("play", held[0], 1.5e-3, 1e-18);
     for stroke in [1.5e-3, 1.31e-3, 1.69e-3] {
         robot.go(&bend(stroke));
-        assert_eq!(robot.state.plays[0], held[0]);
+        assert_eq!(robot.state.backlash[0], held[0]);
     }
     for (command, output) in [(1.0e-3, 1.2e-3), (1.2e-3, 1.2e-3), (1.6e-3, 1.4e-3)] {
         robot.go(&bend(command));
         plain.go(&bend(output));
-        assert_close("play", robot.state.plays[0], output, 1e-18);
+        assert_close("play", robot.state.backlash[0], output, 1e-18);
         assert!((robot.tip()[0] - plain.tip()[0]).abs() < tolerance(SAME_TIP));
     }
 }
@@ -305,7 +305,7 @@ fn step_that_fails_leaves_the_memory_at_the_last_equilibrium() {
         assert_close("slide", *slide, reached, 1.1e-10);
     }
     for (j, stroke) in robot.strokes().iter().enumerate().filter(|(j, _)| robot.state.tensions[*j] > 0.0) {
-        assert_close("play", robot.state.plays[j], *stroke, 1.1e-10);
+        assert_close("play", robot.state.backlash[j], *stroke, 1.1e-10);
     }
     robot.go(&command(10));
 }

@@ -3,7 +3,9 @@
 use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_twin::residual::{FollowLimits, PathController};
 use hysteron_twin::synthetic::{RecordedStrokes, StrokeSource, SyntheticOutcome, Unphysical, synthesise};
-use hysteron_twin::{FrictionPoints, PhysicsTwin, Plant, PlantStep, TipResponse, Twin, TwinState, settle};
+use hysteron_twin::{
+    FrictionPoints, PhysicsTwin, Plant, PlantStep, TipResponse, Twin, TwinState, relax_to_equilibrium,
+};
 
 use super::{Robot, distance, scenes, strokes, tolerance};
 
@@ -132,7 +134,8 @@ fn pretensioned() -> Twin {
     let (mut scene, mesh) = scenes::robot();
     scene.tendons[0].zero = 1e-3;
     let twin = Twin::new(&scene, &mesh).expect("a good scene");
-    let rest = settle(&twin, &mut PhysicsTwin::new(&twin), &[0.0; 4]).expect("an equilibrium").tip;
+    let rest =
+        relax_to_equilibrium(&twin, &mut PhysicsTwin::new(&twin), &[0.0; 4]).expect("an equilibrium").tip;
     let away = distance(rest, twin.tip_of(&twin.rest()));
     assert!(away > 0.02 * scenes::LENGTH, "a rest that tests nothing: {away}");
     twin
@@ -141,7 +144,8 @@ fn pretensioned() -> Twin {
 #[test]
 fn a_trajectory_begins_where_the_robot_rests() {
     let twin = pretensioned();
-    let rest = settle(&twin, &mut PhysicsTwin::new(&twin), &[0.0; 4]).expect("an equilibrium").tip;
+    let rest =
+        relax_to_equilibrium(&twin, &mut PhysicsTwin::new(&twin), &[0.0; 4]).expect("an equilibrium").tip;
     let commands = commands(60, |i| [1.0, 0.3, -1.0, -0.3].map(|part| 2e-5 * part * i as f64));
     let SyntheticOutcome::Made(found) = outcome(&twin, &commands) else { panic!("no data") };
     let [x, y, z] = found.tip().expect("a tip");
@@ -249,7 +253,7 @@ impl StrokeSource for Held<'_> {
     }
 
     fn strokes(&mut self, i: usize, tip: Option<[f64; 3]>, strokes: &mut [f64]) -> bool {
-        self.0.towards(GOAL, tip, strokes);
+        self.0.step(GOAL, tip, strokes);
         i < 150
     }
 }

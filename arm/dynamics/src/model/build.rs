@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use hysteron_base::BadInput;
-use hysteron_base::believed::{DAMPING, DRY_FRICTION, INERTIA, LENGTH, MASS, RATIO};
+use hysteron_base::plausible_range::{DAMPING, DRY_FRICTION, INERTIA, LENGTH, MASS, RATIO};
 use nalgebra::Matrix3;
 
 use super::description::{Description, JointDescription, JointKind, Link, Mimic};

@@ -2,8 +2,8 @@
 
 mod activation;
 mod derivatives;
-mod few;
 mod shape;
+mod small_batch;
 mod tape;
 #[cfg(test)]
 mod tests;

@@ -18,8 +18,8 @@ use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
 use super::activation::Activation;
 use super::derivatives::ByParameters;
-use super::few::{FEW, times, times_transposed, transposed};
 use super::shape::{LayerShape, Mlp};
+use super::small_batch::{FEW, times, times_transposed, transposed};
 use crate::Float;
 use crate::product::{multiply, multiply_add, rows};
 

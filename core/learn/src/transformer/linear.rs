@@ -3,8 +3,8 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use super::few::{FEW, RegisterPanels};
 use super::kernels::add_scaled;
+use super::small_batch::{FEW, RegisterPanels};
 use crate::Float;
 use crate::product::{multiply, multiply_add, rows};
 

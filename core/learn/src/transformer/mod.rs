@@ -7,7 +7,6 @@ mod cell;
 mod closed_loop;
 #[cfg(test)]
 mod closed_loop_tests;
-mod few;
 mod graph;
 mod kernels;
 mod layer;
@@ -15,6 +14,7 @@ mod linear;
 mod network;
 mod runner;
 mod shape;
+mod small_batch;
 mod tape;
 mod tape_pool;
 #[cfg(test)]

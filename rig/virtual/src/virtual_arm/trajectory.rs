@@ -30,7 +30,7 @@ impl VirtualArm {
         if let Some(object) = course.object {
             world = world.with_object(object);
         }
-        settle(&mut world, &Leader::goals(&start, &self.gripper));
+        relax_to_equilibrium(&mut world, &Leader::goals(&start, &self.gripper));
         let mut recorder = Recorder::new(self, trial.labels, seed, name);
         let origin = world.time();
         let end = course.leader.end();
@@ -80,7 +80,7 @@ impl VirtualArm {
 }
 
 /// Lets the arm come to rest where the leader starts.
-fn settle(world: &mut ArmWorld, goals: &[f64; N_SERVOS]) {
+fn relax_to_equilibrium(world: &mut ArmWorld, goals: &[f64; N_SERVOS]) {
     /// Longer than any arm swings [s].
     const MAX_SWING: f64 = 2.0;
     world.goals = goals.map(Some);

@@ -1,7 +1,7 @@
 //! Bounds of the parameters of a robot on a bench, and their conversion to SI.
 
 use hysteron_base::BadInput;
-use hysteron_base::believed::on_a_bench;
+use hysteron_base::plausible_range::on_a_bench;
 use hysteron_base::schema::FixedArray;
 use hysteron_base::units::Unit;
 

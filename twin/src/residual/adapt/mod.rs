@@ -10,7 +10,7 @@
 
 mod blocks;
 mod ridge;
-mod rolled;
+mod rollout_errors;
 mod whitening;
 
 use hysteron_base::{BadInput, Bounds, parallel};
@@ -25,7 +25,7 @@ use crate::model::Twin;
 use crate::motion::Motion;
 use blocks::{MotionBlock, blocks};
 use ridge::GaussNewtonSystem;
-use rolled::{RolloutErrors, RolloutTask, TwinWithNetwork};
+use rollout_errors::{RolloutErrors, RolloutTask, TwinWithNetwork};
 use whitening::Whitening;
 
 /// Parts of the adaptation that are kept.
@@ -117,7 +117,7 @@ pub fn adapt(
     on_sample: &(dyn Fn() -> bool + Sync),
 ) -> Result<Option<Adapted>> {
     let search = AdaptSearch::new(TwinWithNetwork { twin, auxiliary, model, motions, on_sample }, options)?;
-    let Some(seen) = search.look()? else { return Ok(None) };
+    let Some(seen) = search.linearise()? else { return Ok(None) };
     let Some(evaluated) = search.evaluate(&seen)? else { return Ok(None) };
     search.finish(&seen, evaluated)
 }
@@ -218,7 +218,7 @@ impl<'a> AdaptSearch<'a> {
     }
 
     /// Rolls out all motions, as they are and with every parameter a little off.
-    fn look(&self) -> Result<Option<Linearisation>> {
+    fn linearise(&self) -> Result<Option<Linearisation>> {
         let n = self.deviations.len();
         let mut points = vec![vec![0.0; n]];
         points.extend((0..n).map(|k| (0..n).map(|l| if k == l { self.steps[k] } else { 0.0 }).collect()));

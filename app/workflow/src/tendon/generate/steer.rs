@@ -35,11 +35,11 @@ impl StrokeSource for Steered<'_> {
 
     fn strokes(&mut self, i: usize, tip: Option<[f64; 3]>, strokes: &mut [f64]) -> bool {
         if i < self.trajectory.n_samples() {
-            self.steering.towards(self.trajectory.position_at(self.trajectory.time(i)), tip, strokes);
+            self.steering.step(self.trajectory.position_at(self.trajectory.time(i)), tip, strokes);
             return true;
         }
         let is_home = self.steering.is_home();
-        self.steering.home(strokes);
+        self.steering.return_home(strokes);
         !is_home
     }
 }

@@ -12,7 +12,7 @@ mod schema;
 use std::collections::BTreeMap;
 
 use hysteron_base::BadInput;
-use hysteron_base::believed::ANGLE;
+use hysteron_base::plausible_range::ANGLE;
 
 use super::Model;
 use super::build::{check_inertia, unit};

@@ -10,8 +10,8 @@ use crate::model::{Target, Twin};
 #[derive(Debug, Clone)]
 pub(crate) struct StepTargets {
     pub strokes: Vec<f64>,
-    pub lowest: Vec<f64>,
-    pub highest: Vec<f64>,
+    pub lower: Vec<f64>,
+    pub upper: Vec<f64>,
     /// Part of the constant loads that is applied.
     pub load: f64,
 }
@@ -19,8 +19,7 @@ pub(crate) struct StepTargets {
 impl StepTargets {
     pub fn new(twin: &Twin, targets: &[Target]) -> Self {
         let n = twin.cables.len();
-        let mut control =
-            Self { strokes: vec![0.0; n], lowest: vec![0.0; n], highest: vec![0.0; n], load: 1.0 };
+        let mut control = Self { strokes: vec![0.0; n], lower: vec![0.0; n], upper: vec![0.0; n], load: 1.0 };
         control.set(twin, targets);
         control
     }
@@ -29,7 +28,7 @@ impl StepTargets {
     pub fn set(&mut self, twin: &Twin, targets: &[Target]) {
         for (j, target) in targets.iter().enumerate() {
             let bounds = twin.tendons[j].tension;
-            let (stroke, lowest, highest) = match *target {
+            let (stroke, lower, upper) = match *target {
                 Target::Stroke(stroke) => (stroke + twin.tendons[j].zero, bounds.min, bounds.max),
                 Target::Tension(tension) => (0.0, tension, tension),
                 Target::Free => {
@@ -37,25 +36,25 @@ impl StepTargets {
                     (0.0, least, least)
                 }
             };
-            (self.strokes[j], self.lowest[j], self.highest[j]) = (stroke, lowest, highest);
+            (self.strokes[j], self.lower[j], self.upper[j]) = (stroke, lower, upper);
         }
     }
 
     /// Energy of cable `j` that stretches by `compliance` × T, with a missing stroke: the largest
     /// T × `missing` - ½ `compliance` T² over its tensions [J].
-    pub fn clutch(&self, j: usize, stroke_residual: f64, compliance: f64, strongest: f64) -> f64 {
-        let highest = self.highest[j].min(strongest.max(self.lowest[j]));
-        let lowest = self.lowest[j].max(-strongest.max(-self.highest[j]));
+    pub fn stroke_penalty(&self, j: usize, stroke_residual: f64, compliance: f64, strongest: f64) -> f64 {
+        let upper = self.upper[j].min(strongest.max(self.lower[j]));
+        let lower = self.lower[j].max(-strongest.max(-self.upper[j]));
         if compliance > 0.0 {
-            let tension = (stroke_residual / compliance).clamp(lowest, highest);
+            let tension = (stroke_residual / compliance).clamp(lower, upper);
             return tension * (stroke_residual - 0.5 * compliance * tension);
         }
-        (lowest * stroke_residual).max(highest * stroke_residual)
+        (lower * stroke_residual).max(upper * stroke_residual)
     }
 
     /// True where the tension, not the stroke, is prescribed.
     pub fn is_tension(&self, j: usize) -> bool {
-        self.lowest[j] == self.highest[j]
+        self.lower[j] == self.upper[j]
     }
 }
 
@@ -151,15 +150,15 @@ impl EquilibriumResidual {
             if control.is_tension(j) {
                 self.stroke_residual[j] = 0.0;
                 // A prescribed tension is a condition on T itself, met once the bounds are.
-                if t[j] != control.lowest[j] {
+                if t[j] != control.lower[j] {
                     self.violation = f64::INFINITY;
                 }
                 continue;
             }
             let stroke_residual = control.strokes[j] - self.shape.strokes[j] - cables.stretch(j, t);
             self.stroke_residual[j] = stroke_residual;
-            let slack = t[j] <= control.lowest[j] && stroke_residual <= 0.0;
-            let slips = t[j] >= control.highest[j] && stroke_residual >= 0.0;
+            let slack = t[j] <= control.lower[j] && stroke_residual <= 0.0;
+            let slips = t[j] >= control.upper[j] && stroke_residual >= 0.0;
             let violated = if slack || slips { 0.0 } else { stroke_residual.abs() };
             // NaN must not pass as zero, and stays.
             if violated > self.violation || violated.is_nan() {
@@ -193,8 +192,9 @@ impl EquilibriumResidual {
         let stroke_residual =
             control.strokes.iter().zip(&self.shape.strokes).map(|(asked, stroke)| asked - stroke);
         let compliance = |j| twin.cables.own_compliance(j);
-        let clutch = |(j, stroke_residual)| control.clutch(j, stroke_residual, compliance(j), strongest);
-        Some(energy + stroke_residual.enumerate().map(clutch).sum::<f64>())
+        let penalty =
+            |(j, stroke_residual)| control.stroke_penalty(j, stroke_residual, compliance(j), strongest);
+        Some(energy + stroke_residual.enumerate().map(penalty).sum::<f64>())
     }
 
     /// True at an equilibrium: forces and strokes meet the accuracy asked for, and no element is inverted.

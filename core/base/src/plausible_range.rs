@@ -6,7 +6,7 @@ use crate::BadInput;
 
 /// A quantity with the largest magnitude that is believed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Believed {
+pub struct PlausibleRange {
     what: &'static str,
     unit: &'static str,
     /// In that unit, which is SI.
@@ -14,21 +14,22 @@ pub struct Believed {
 }
 
 /// Between two parts of a machine.
-pub const LENGTH: Believed = Believed { what: "a length", unit: "m", most: 1e3 };
+pub const LENGTH: PlausibleRange = PlausibleRange { what: "a length", unit: "m", most: 1e3 };
 /// Of one part; a loaded dump truck has 6e5 kg.
-pub const MASS: Believed = Believed { what: "a mass", unit: "kg", most: 1e6 };
+pub const MASS: PlausibleRange = PlausibleRange { what: "a mass", unit: "kg", most: 1e6 };
 /// Of one part about its centre of mass, or of a rotor as a joint feels it.
-pub const INERTIA: Believed = Believed { what: "an inertia", unit: "kg m²", most: 1e7 };
+pub const INERTIA: PlausibleRange = PlausibleRange { what: "an inertia", unit: "kg m²", most: 1e7 };
 /// That a pose is turned by.
-pub const ANGLE: Believed = Believed { what: "an angle", unit: "rad", most: 1e4 };
+pub const ANGLE: PlausibleRange = PlausibleRange { what: "an angle", unit: "rad", most: 1e4 };
 /// Of a joint.
-pub const DAMPING: Believed = Believed { what: "a damping", unit: "N m s/rad or N s/m", most: 1e7 };
+pub const DAMPING: PlausibleRange =
+    PlausibleRange { what: "a damping", unit: "N m s/rad or N s/m", most: 1e7 };
 /// Of a joint.
-pub const DRY_FRICTION: Believed = Believed { what: "a friction", unit: "N m or N", most: 1e6 };
+pub const DRY_FRICTION: PlausibleRange = PlausibleRange { what: "a friction", unit: "N m or N", most: 1e6 };
 /// Of another joint, for one of its own.
-pub const RATIO: Believed = Believed { what: "a ratio of joints", unit: "", most: 1e4 };
+pub const RATIO: PlausibleRange = PlausibleRange { what: "a ratio of joints", unit: "", most: 1e4 };
 
-impl Believed {
+impl PlausibleRange {
     /// Accepts a number in SI whose magnitude is believed.
     ///
     /// # Errors
