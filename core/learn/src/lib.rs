@@ -41,8 +41,8 @@ pub use engine::{
 };
 pub use error::{Error, Result};
 pub use files::{
-    Checkpoint, Provenance, options_of_this_version, read_parameters, read_parameters_header,
-    write_parameters,
+    Checkpoint, Provenance, options_of_this_version, read_parameters, read_parameters_details,
+    read_parameters_kind, write_parameters,
 };
 pub use lstm::{
     Architecture, Backprop, HeadActivation, HeadOutputs, Member, Memory, Network, PlacedNetwork, Runner,

@@ -116,7 +116,7 @@ fn no_damage_to_a_checkpoint_does_harm() {
             Err(error) => refused(error.bad_input(), &error),
         });
     }
-    tried("training", &training, |path| match Training::load(path, &like) {
+    tried("training", &training, |path| match Training::load::<hysteron_base::json::Value>(path, &like) {
         Ok(_) => {}
         Err(hysteron_learn::Error::BadInput(bad)) => refused(Some(&bad), &bad),
         Err(error) => refused(None, &error),

@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, Lock, Scene, file};
 use hysteron_control::TargetPath;
-use hysteron_learn::{Checkpoint, read_parameters_header};
+use hysteron_learn::{Checkpoint, read_parameters_details};
 pub use hysteron_report::maker::SIGNATURE;
 use hysteron_report::maker::{self, Maker};
-use serde_json::Value;
+use serde::Deserialize;
 
 use crate::Context;
 use crate::shared::command_line::words;
@@ -252,14 +252,33 @@ fn maker_of(path: &Path) -> Maker {
     if path.extension().is_none_or(|ending| ending != "safetensors") {
         return maker::maker(path);
     }
-    let details = match Checkpoint::read_details(path) {
-        Ok(details) => details["training"].clone(),
-        Err(_) => {
-            read_parameters_header(path).map_or_else(|_| Value::Null, |(_, header)| header["details"].clone())
-        }
+    let made = match Checkpoint::read_details::<NetworkDetails>(path) {
+        Ok(details) => details.training,
+        Err(_) => read_parameters_details::<ParameterDetails>(path).unwrap_or_default().details,
     };
-    let command = details["command"].as_str().filter(|command| !command.is_empty());
-    command.map_or(Maker::Another, |command| Maker::Command(command.to_owned()))
+    match made.command.filter(|command| !command.is_empty()) {
+        Some(command) => Maker::Command(command),
+        None => Maker::Another,
+    }
+}
+
+/// The part of a network's details that says who made it.
+#[derive(Deserialize)]
+struct NetworkDetails {
+    #[serde(default)]
+    training: MadeBy,
+}
+
+/// The same of other parameters.
+#[derive(Default, Deserialize)]
+struct ParameterDetails {
+    #[serde(default)]
+    details: MadeBy,
+}
+
+#[derive(Default, Deserialize)]
+struct MadeBy {
+    command: Option<String>,
 }
 
 /// Whether a file is of this verb, or a page that does not say of which.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_base::{BadInput, json};
-use hysteron_learn::{Result, read_parameters, read_parameters_header, write_parameters};
+use hysteron_learn::{Result, read_parameters, read_parameters_kind, write_parameters};
 use serde_json::Value;
 
 use super::network::Evaluator;
@@ -28,7 +28,7 @@ impl LearnedDynamics {
     /// True for a file of this kind.
     pub fn is_file(path: &Path) -> bool {
         path.extension().is_some_and(|ending| ending == "safetensors")
-            && read_parameters_header(path).is_ok_and(|(kind, _)| kind == Self::KIND)
+            && read_parameters_kind(path).is_ok_and(|kind| kind == Self::KIND)
     }
 
     /// Writes the model's file.

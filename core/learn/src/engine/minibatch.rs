@@ -2,7 +2,7 @@
 
 use hysteron_base::rng;
 use rand::RngExt;
-use serde_json::Value;
+use serde::Serialize;
 
 use crate::{
     FitResult, Float, ParameterVector, Result, Schedule, Training, TrainingSession, TrainingTask, fit,
@@ -39,7 +39,7 @@ pub fn minimise<T: Float>(
     parameters: Vec<T>,
     (seed, batch): (u64, usize),
     schedule: &Schedule,
-    identity: &Value,
+    identity: &impl Serialize,
     session: &mut TrainingSession<'_>,
 ) -> Result<FitResult<ParameterVector<T>>> {
     let gradient = [vec![T::default(); parameters.len()]];

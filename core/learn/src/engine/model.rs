@@ -1,7 +1,7 @@
 //! Models of any family that the engine trains, as named arrays of parameters.
 
 use hysteron_base::json;
-use serde_json::Value;
+use serde::Serialize;
 
 use crate::Float;
 
@@ -41,7 +41,7 @@ pub trait TrainableModel: Clone {
     const FAMILY: &'static str;
 
     /// Everything that is not a parameter and must be equal to read the parameters of another one.
-    fn shape(&self) -> Value;
+    fn shape(&self) -> impl Serialize;
 
     /// The vectors of parameters.
     fn parameters(&self) -> &[Vec<Self::Value>];
@@ -80,7 +80,7 @@ impl<T: Float> TrainableModel for ParameterVector<T> {
 
     const FAMILY: &'static str = "vector";
 
-    fn shape(&self) -> Value {
+    fn shape(&self) -> impl Serialize {
         json!({ "parameters": self.values().len() })
     }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use hysteron_base::{BadInput, json};
 use rayon::prelude::*;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -186,14 +187,14 @@ impl<M: TrainableModel> Training<M> {
     ///
     /// # Errors
     /// `File` if the file system refuses.
-    pub fn save(&self, path: &Path, details: &Value) -> Result<()> {
+    pub fn save(&self, path: &Path, details: &impl Serialize) -> Result<()> {
         let mut file = TensorFile::default();
         file.put("family", json!(M::FAMILY));
-        file.put("shape", self.model.shape());
+        file.put("shape", json!(self.model.shape()));
         file.put("adam", json!(self.adam));
         file.put("steps", json!(self.steps));
         file.put("record", json!(self.record));
-        file.put("details", details.clone());
+        file.put("details", json!(details));
         let tensors = self.model.tensors();
         file.put_tensors("", &tensors, self.model.parameters());
         file.put_tensors("adam.mean.", &tensors, self.moments.iter().map(|m| &m.mean));
@@ -210,9 +211,14 @@ impl<M: TrainableModel> Training<M> {
     /// the caller's details.
     ///
     /// # Errors
-    /// `BadInput` for a file that is not whole, not by [`Training::save`], of another version, family or shape.
-    pub fn load(path: &Path, like: &M) -> Result<(Self, Value)> {
-        Self::load_if(path, like, |_| Ok(()))
+    /// `BadInput` for a file that is not whole, not by [`Training::save`], of another version, family or shape, or with details of
+    /// another type.
+    pub fn load<D: DeserializeOwned>(path: &Path, like: &M) -> Result<(Self, D)> {
+        let (training, details) = Self::load_if(path, like, |_| Ok(()))?;
+        let details = json::from_value(&details).map_err(|error| {
+            BadInput::new(format!("{}: details", path.display()), "those of this training", error.to_string())
+        })?;
+        Ok((training, details))
     }
 
     /// As [`Training::load`], of a file whose details `accept` does not refuse.
@@ -239,7 +245,7 @@ impl<M: TrainableModel> Training<M> {
         }
         let details = file.take("details")?;
         accept(&details)?;
-        let (expected, found): (Value, Value) = (like.shape(), file.take("shape")?);
+        let (expected, found): (Value, Value) = (json!(like.shape()), file.take("shape")?);
         if found != expected {
             return Err(BadInput::new("shape", expected.to_string(), found.to_string()));
         }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use hysteron_base::{BadInput, json};
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::TensorFile;
@@ -65,7 +66,7 @@ impl Checkpoint {
     ///
     /// # Errors
     /// As [`Checkpoint::read`], but for the weights.
-    pub fn read_details(path: &Path) -> Result<Value> {
+    pub fn read_details<D: DeserializeOwned>(path: &Path) -> Result<D> {
         Ok(TensorFile::read(path, FORMAT, VERSION)?
             .take("details")
             .map_err(|bad| bad.within(path.display()))?)

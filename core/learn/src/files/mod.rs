@@ -6,6 +6,6 @@ mod provenance;
 mod tensor_file;
 
 pub use checkpoint::Checkpoint;
-pub use parameters_file::{read_parameters, read_parameters_header, write_parameters};
+pub use parameters_file::{read_parameters, read_parameters_details, read_parameters_kind, write_parameters};
 pub use provenance::{Provenance, options_of_this_version};
 pub(crate) use tensor_file::TensorFile;

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use hysteron_base::{BadInput, json};
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::TensorFile;
@@ -48,14 +49,25 @@ pub fn read_parameters(path: &Path, kind: &str) -> Result<(Value, Vec<f64>)> {
     Ok(take().map_err(|bad| bad.within(path.display()))?)
 }
 
-/// Kind and details of a file by [`write_parameters`], whatever it is of.
+/// The kind of a file by [`write_parameters`], whatever it is of.
 ///
 /// # Errors
 /// `BadInput` naming the file: not such a file, damaged.
-pub fn read_parameters_header(path: &Path) -> Result<(String, Value)> {
+pub fn read_parameters_kind(path: &Path) -> Result<String> {
+    header(path, "kind")
+}
+
+/// The details of a file by [`write_parameters`], whatever it is of.
+///
+/// # Errors
+/// As [`read_parameters_kind`]; details of another type.
+pub fn read_parameters_details<D: DeserializeOwned>(path: &Path) -> Result<D> {
+    header(path, "details")
+}
+
+fn header<T: DeserializeOwned>(path: &Path, name: &str) -> Result<T> {
     let mut file = TensorFile::read(path, FORMAT, VERSION)?;
-    let mut take = || -> std::result::Result<_, BadInput> { Ok((file.take("kind")?, file.take("details")?)) };
-    Ok(take().map_err(|bad| bad.within(path.display()))?)
+    Ok(file.take(name).map_err(|bad| bad.within(path.display()))?)
 }
 
 #[cfg(test)]
@@ -71,7 +83,8 @@ mod tests {
         let details = json!({ "n": 2 });
         write_parameters(&path, "a", &details, &[1.5, -1e-300]).unwrap();
         assert_eq!(read_parameters(&path, "a").unwrap(), (details.clone(), vec![1.5, -1e-300]));
-        assert_eq!(read_parameters_header(&path).unwrap(), ("a".to_owned(), details.clone()));
+        assert_eq!(read_parameters_kind(&path).unwrap(), "a");
+        assert_eq!(read_parameters_details::<Value>(&path).unwrap(), details);
         assert!(read_parameters(&path, "b").unwrap_err().to_string().contains("kind: expected b, got a"));
         let bytes = std::fs::read(&path).unwrap();
         for end in [0, 8, bytes.len() / 2, bytes.len() - 1] {

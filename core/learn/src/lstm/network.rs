@@ -1,9 +1,9 @@
 //! A network: plain arrays of weights.
 
-use hysteron_base::{BadInput, json, rng};
+use hysteron_base::{BadInput, rng};
 use rand::RngExt;
 
-use serde_json::Value;
+use serde::Serialize;
 
 use crate::files::TensorFile;
 use crate::{Architecture, TensorShape, TrainableModel};
@@ -68,8 +68,8 @@ impl TrainableModel for Network {
 
     const FAMILY: &'static str = "lstm";
 
-    fn shape(&self) -> Value {
-        json!(self.architecture)
+    fn shape(&self) -> impl Serialize {
+        &self.architecture
     }
 
     fn parameters(&self) -> &[Vec<f32>] {

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use hysteron_base::json;
-use serde_json::Value;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use super::backprop::Backprop;
 use crate::{Adam, Memory, Network, Result, SequenceBatch, Training};
@@ -13,6 +14,13 @@ use crate::{Adam, Memory, Network, Result, SequenceBatch, Training};
 pub struct Trainer {
     training: Training<Network>,
     passes: Backprop,
+}
+
+/// Details of a training that a [`Trainer`] writes.
+#[derive(Deserialize)]
+struct TrainerDetails<D> {
+    dropout_seed: u64,
+    details: D,
 }
 
 impl Trainer {
@@ -74,7 +82,7 @@ impl Trainer {
     ///
     /// # Errors
     /// `File` if the file system refuses.
-    pub fn save(&self, path: &Path, details: &Value) -> Result<()> {
+    pub fn save(&self, path: &Path, details: &impl Serialize) -> Result<()> {
         self.training.save(path, &json!({ "dropout_seed": self.passes.seed(), "details": details }))
     }
 
@@ -83,13 +91,9 @@ impl Trainer {
     ///
     /// # Errors
     /// `BadInput` for a file that is not whole, not by [`Trainer::save`] or of another version or architecture.
-    pub fn load(path: &Path, like: &Network) -> Result<(Self, Value)> {
-        let (training, mut details) = Training::load(path, like)?;
-        let seed = details["dropout_seed"].as_u64().ok_or_else(|| {
-            let place = format!("{}: dropout_seed", path.display());
-            hysteron_base::BadInput::new(place, "a whole number", details["dropout_seed"].to_string())
-        })?;
-        let passes = Backprop::new(like.architecture(), seed)?;
-        Ok((Self { training, passes }, details["details"].take()))
+    pub fn load<D: DeserializeOwned>(path: &Path, like: &Network) -> Result<(Self, D)> {
+        let (training, TrainerDetails { dropout_seed, details }) = Training::load(path, like)?;
+        let passes = Backprop::new(like.architecture(), dropout_seed)?;
+        Ok((Self { training, passes }, details))
     }
 }

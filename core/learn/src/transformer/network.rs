@@ -1,8 +1,8 @@
 //! `Transformer`: shape and weights as plain arrays, and how they begin.
 
-use hysteron_base::{BadInput, json, rng};
+use hysteron_base::{BadInput, rng};
 use rand::RngExt;
-use serde_json::Value;
+use serde::Serialize;
 
 use super::linear::Packed;
 use super::shape::{ParameterLayout, TransformerShape};
@@ -107,8 +107,8 @@ impl<T: Float> TrainableModel for Transformer<T> {
 
     const FAMILY: &'static str = "transformer";
 
-    fn shape(&self) -> Value {
-        json!(self.shape)
+    fn shape(&self) -> impl Serialize {
+        &self.shape
     }
 
     fn parameters(&self) -> &[Vec<T>] {

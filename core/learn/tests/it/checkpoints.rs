@@ -79,7 +79,7 @@ proptest! {
         for bytes in [noise, framed] {
             std::fs::write(&path, bytes).unwrap();
             prop_assert!(Checkpoint::read(&path, "controller").is_err());
-            prop_assert!(Trainer::load(&path, &checkpoint().network).is_err());
+            prop_assert!(Trainer::load::<()>(&path, &checkpoint().network).is_err());
         }
     }
 }
@@ -95,7 +95,7 @@ fn refusals_say_what_is_wrong() {
     training.save(&other, &json!(null)).unwrap();
     let found = refusal(&other, "controller");
     assert!(found.contains("format: expected hysteron-checkpoint, got hysteron-training"), "{found}");
-    assert!(matches!(Trainer::load(&path, training.network()), Err(Error::BadInput(_))));
+    assert!(matches!(Trainer::load::<()>(&path, training.network()), Err(Error::BadInput(_))));
 
     std::fs::write(&other, "kind,controller\n1,2\n").unwrap();
     assert!(refusal(&other, "controller").contains("a whole safetensors file"));

@@ -37,7 +37,7 @@ fn an_interrupted_training_ends_as_one_that_was_not() {
     let mut part = training(Some(0.1));
     errors[..2].iter().for_each(|&error| epoch(&mut part, error));
     part.save(&path, &json!({ "seed": 3 })).unwrap();
-    let (mut resumed, details) = Training::load(&path, &network()).unwrap();
+    let (mut resumed, details) = Training::load::<json::Value>(&path, &network()).unwrap();
     assert_eq!(details, json!({ "seed": 3 }));
     errors[2..].iter().for_each(|&error| epoch(&mut resumed, error));
     assert_eq!(resumed.evaluated(), whole.evaluated());
@@ -70,9 +70,9 @@ fn a_file_of_another_network_or_family_is_refused() {
     let path = folder.path().join("out.training");
     Trainer::new(network(), Adam::default(), 2).unwrap().save(&path, &json!(null)).unwrap();
     let wider = Network::new(&architecture(6, 2, 0.2), 1).unwrap();
-    let refusal = Training::load(&path, &wider).unwrap_err().to_string();
+    let refusal = Training::load::<()>(&path, &wider).unwrap_err().to_string();
     assert!(refusal.contains("shape") && refusal.contains("out.training"), "{refusal}");
     let vector = hysteron_learn::ParameterVector::new(vec![0.0f32; 3]);
-    let refusal = Training::load(&path, &vector).unwrap_err().to_string();
+    let refusal = Training::load::<()>(&path, &vector).unwrap_err().to_string();
     assert!(refusal.contains("family: expected vector, got lstm"), "{refusal}");
 }

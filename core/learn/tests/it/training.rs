@@ -57,7 +57,7 @@ fn training_goes_on_from_its_file_bit_for_bit() {
     let path = folder.path().join("training.safetensors");
     let details = json!({ "epoch": 3, "best": 0.1 });
     trainer.save(&path, &details).unwrap();
-    let (mut resumed, found) = Trainer::load(&path, trainer.network()).unwrap();
+    let (mut resumed, found) = Trainer::load::<json::Value>(&path, trainer.network()).unwrap();
     assert_eq!(found, details);
     let mut copy = memory.clone();
     let expected = losses(&mut trainer, &mut memory, 3..6);

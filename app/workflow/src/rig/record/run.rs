@@ -6,7 +6,7 @@ use hysteron_base::{BadInput, Lock, Metadata, Recording};
 use hysteron_report::folder::ReportFolder;
 use hysteron_rig::calibration::Calibration;
 
-use super::jobs::{self, Job, is_folder, split_done};
+use super::jobs::{self, Job, Work, is_folder, split_done};
 use super::options::Options;
 use super::outcome::Outcome;
 use super::page::{self, DataSet};
@@ -29,46 +29,23 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 }
 
 fn record(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
-    let source = Source::read(&options.rig)?;
-    let tip_force = tip_force(options, &source)?;
-    let n_tendons = source.rig().tendons.len();
-    let baseline = options.baseline.as_deref().map(|path| Baseline::read(path, n_tendons)).transpose()?;
-    let sensing = options.live.as_ref().map(|live| LiveSensing::read(live, n_tendons)).transpose()?;
-    let work = match &options.plan {
-        Some(plan) => jobs::of_plan(plan, options, &source)?,
-        None => jobs::of_strokes(options, &source)?,
-    };
-    for job in sensing.iter().flat_map(|_| &work.jobs) {
-        sensing.iter().try_for_each(|sensing| sensing.check_rate(&job.name, job.rate_hz))?;
-    }
-    let folder = is_folder(&options.out).then_some(options.out.as_path());
-    let figures = options.figures.as_deref().or(folder);
-    let option = if options.figures.is_some() { "--figures" } else { "--out" };
-    figures.map_or(Ok(()), |figures| check_report(option, figures))?;
-    let calibration = source.calibration(options.calibration.as_ref())?;
+    let (session, work) = Session::read(options)?;
+    let figures = session.figures()?;
+    let calibration = session.source.calibration(options.calibration.as_ref())?;
     // Until all is done: the folder, and each file for those who name it alone.
-    let _folder = folder.map(Lock::folder).transpose()?;
+    let _folder = session.folder.map(Lock::folder).transpose()?;
     let _files = work.jobs.iter().map(|job| Lock::file(&job.out)).collect::<Result<Vec<_>, _>>()?;
-    let mut description = source.description_files();
+    let mut description = session.source.description_files();
     description.extend(work.plan_text.map(|text| ("plan.toml", text)));
-    let mut identity = source.identity(options.seed, calibration.as_ref());
-    identity.extend(tip_force.iter().map(|force| (tip_force::KEY, force.hash.clone())));
-    let (there, missing) = split_done(work.jobs, &identity)?;
-    if let Some(folder) = folder {
+    let (there, missing) = split_done(work.jobs, &session.identity(calibration.as_ref()))?;
+    if let Some(folder) = session.folder {
         source::check_description(folder, &description)?;
     }
     for (job, recording) in &there {
         partial_files::clear_journal(&job.out, recording)?;
     }
-    tracing::info!(
-        "{}: {} trajectories, {} samples, {:.0} s; {} are there already",
-        work.name,
-        there.len() + missing.len(),
-        missing.iter().map(|job| job.commands.n_samples()).sum::<usize>(),
-        missing.iter().map(|job| job.commands.n_samples() as f64 / job.rate_hz).sum::<f64>(),
-        there.len(),
-    );
-    match source {
+    log_begin(&work.name, &missing, there.len());
+    match session.source {
         Source::Live { .. } => context.listen_on_rig(),
         Source::Virtual { .. } => context.listen(),
     }
@@ -76,76 +53,151 @@ fn record(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     for (job, recording) in &there {
         summary.add_there(job, recording);
     }
-    let ended = if missing.is_empty() {
-        Ok(())
-    } else {
-        let meta = |job: &Job, calibration: &Calibration| {
-            let mut meta = metadata(&source, options, job, calibration, context);
-            meta.extra.extend(tip_force.iter().map(|force| (tip_force::KEY.to_owned(), force.hash.clone())));
-            meta
-        };
-        match (&source, calibration) {
-            (Source::Live { .. }, Some(calibration)) => {
-                if let Some(folder) = folder {
-                    source::keep_calibration(folder, &calibration)?;
-                }
-                let work = live::Work { options, jobs: &missing, sensing: sensing.as_ref() };
-                live::record(&source, &work, &calibration, &meta, &mut summary, context)
-            }
-            (_, given) => {
-                let (tip_force, sensing) = (tip_force.as_ref(), sensing.as_ref());
-                let simulation = Simulation { source: &source, seed: options.seed, tip_force, sensing };
-                simulation.record(&missing, (given, folder), &meta, &mut summary, context)
-            }
-        }
+    let ended = match &missing[..] {
+        [] => Ok(()),
+        missing => session.record(missing, calibration, &mut summary, context),
     };
     context.listen();
-    if let Some(folder) = folder.filter(|_| summary.n_rows() > 0) {
+    if let Some(folder) = session.folder.filter(|_| summary.n_rows() > 0) {
         source::write_description(folder, &description)?;
     }
     summary.sort();
     summary.print(context);
-    // A session that ended before its first sample has nothing to report.
-    if summary.n_rows() == 0 {
-        return ended.map(|()| Outcome::new(summary.rows(), &Metadata::default()));
-    }
     let outcome = match figures {
-        Some(figures) => {
-            let outcome =
-                report(figures, options, &source, &work.name, &summary, baseline.as_ref(), context)?;
-            context.reported(figures);
-            outcome
-        }
+        // A session that ended before its first sample has nothing to report.
+        _ if summary.n_rows() == 0 => Outcome::new(summary.rows(), &Metadata::default()),
+        Some(figures) => session.report(figures, &work.name, &summary, context)?,
         None => Outcome::new(summary.rows(), &summary.first_meta()?),
     };
     ended.map(|()| outcome)
 }
 
-/// Writes the report of a session that has recordings.
-fn report(
-    folder: &Path,
-    options: &Options,
-    source: &Source,
-    plan: &str,
-    summary: &Summary,
-    baseline: Option<&Baseline>,
-    context: &Context,
-) -> anyhow::Result<Outcome> {
-    let recordings = summary.recordings()?;
-    let angles: Vec<f64> = source.rig().tendons.iter().map(|tendon| tendon.angle).collect();
-    let title = format!("{}: {plan}", source.description());
-    let all: Vec<&Recording> = recordings.iter().map(|(_, recording)| recording).collect();
-    let health = Health::of(&all, baseline)?;
-    health.iter().for_each(|health| health::print(health, context));
-    let data = DataSet {
-        title: &title,
-        angles: &angles,
-        rows: summary.rows(),
-        recordings: &recordings,
-        meta: all[0].meta(),
-        health: health.as_ref(),
-    };
-    page::write(&ReportFolder { path: folder, png: options.png }, &data)
+/// Logs what is to be recorded.
+fn log_begin(name: &str, missing: &[Job], n_there: usize) {
+    tracing::info!(
+        "{name}: {} trajectories, {} samples, {:.0} s; {n_there} are there already",
+        n_there + missing.len(),
+        missing.iter().map(|job| job.commands.n_samples()).sum::<usize>(),
+        missing.iter().map(|job| job.commands.n_samples() as f64 / job.rate_hz).sum::<f64>(),
+    );
+}
+
+/// A session before anything moves: all that is read, but for its trajectories.
+struct Session<'a> {
+    options: &'a Options,
+    source: Source,
+    tip_force: Option<TipForce>,
+    baseline: Option<Baseline>,
+    sensing: Option<LiveSensing>,
+    /// Folder of the recordings; none for a single file.
+    folder: Option<&'a Path>,
+}
+
+impl<'a> Session<'a> {
+    /// Reads what the options name, and the trajectories.
+    fn read(options: &'a Options) -> anyhow::Result<(Self, Work)> {
+        let source = Source::read(&options.rig)?;
+        let tip_force = tip_force(options, &source)?;
+        let n = source.rig().tendons.len();
+        let baseline = options.baseline.as_deref().map(|path| Baseline::read(path, n)).transpose()?;
+        let sensing = options.live.as_ref().map(|live| LiveSensing::read(live, n)).transpose()?;
+        let work = match &options.plan {
+            Some(plan) => jobs::of_plan(plan, options, &source)?,
+            None => jobs::of_strokes(options, &source)?,
+        };
+        if let Some(sensing) = &sensing {
+            work.jobs.iter().try_for_each(|job| sensing.check_rate(&job.name, job.rate_hz))?;
+        }
+        let folder = is_folder(&options.out).then_some(options.out.as_path());
+        Ok((Self { options, source, tip_force, baseline, sensing, folder }, work))
+    }
+
+    /// Folder of the report, if there is to be one; refused where it holds another's.
+    fn figures(&self) -> anyhow::Result<Option<&'a Path>> {
+        let figures = self.options.figures.as_deref().or(self.folder);
+        let option = if self.options.figures.is_some() { "--figures" } else { "--out" };
+        figures.map_or(Ok(()), |figures| check_report(option, figures))?;
+        Ok(figures)
+    }
+
+    /// What a recording of this session has in its metadata.
+    fn identity(&self, calibration: Option<&Calibration>) -> Vec<(&'static str, String)> {
+        let mut identity = self.source.identity(self.options.seed, calibration);
+        identity.extend(self.tip_force.iter().map(|force| (tip_force::KEY, force.hash.clone())));
+        identity
+    }
+
+    /// Records trajectories on the rig or its simulation.
+    fn record(
+        &self,
+        missing: &[Job],
+        calibration: Option<Calibration>,
+        summary: &mut Summary,
+        context: &Context,
+    ) -> anyhow::Result<()> {
+        let meta = |job: &Job, calibration: &Calibration| self.metadata(job, calibration, context);
+        match (&self.source, calibration) {
+            (Source::Live { .. }, Some(calibration)) => {
+                if let Some(folder) = self.folder {
+                    source::keep_calibration(folder, &calibration)?;
+                }
+                let sensing = self.sensing.as_ref();
+                let work = live::Work { options: self.options, jobs: missing, sensing };
+                live::record(&self.source, &work, &calibration, &meta, summary, context)
+            }
+            (source, given) => {
+                let (tip_force, sensing) = (self.tip_force.as_ref(), self.sensing.as_ref());
+                let simulation = Simulation { source, seed: self.options.seed, tip_force, sensing };
+                simulation.record(missing, (given, self.folder), &meta, summary, context)
+            }
+        }
+    }
+
+    /// Provenance of a recording.
+    fn metadata(&self, job: &Job, calibration: &Calibration, context: &Context) -> Metadata {
+        let mut meta = job.commands.meta().clone();
+        meta.scene_hash = String::new();
+        meta.source = format!("{}, {}", self.source.description(), job.commands.meta().source);
+        meta.commit = COMMIT.to_owned();
+        meta.command = context.command.clone();
+        let mut note = |key: &str, value: String| meta.extra.insert(key.to_owned(), value);
+        note("rig.name", self.source.rig().name.clone());
+        note("calibration.date", calibration.date.clone());
+        if let Source::Virtual { name, .. } = &self.source {
+            note("virtual.robot", name.clone());
+        }
+        for (key, value) in self.identity(Some(calibration)) {
+            note(key, value);
+        }
+        meta
+    }
+
+    /// Writes the report of a session that has recordings.
+    fn report(
+        &self,
+        folder: &Path,
+        plan: &str,
+        summary: &Summary,
+        context: &Context,
+    ) -> anyhow::Result<Outcome> {
+        let recordings = summary.recordings()?;
+        let angles: Vec<f64> = self.source.rig().tendons.iter().map(|tendon| tendon.angle).collect();
+        let title = format!("{}: {plan}", self.source.description());
+        let all: Vec<&Recording> = recordings.iter().map(|(_, recording)| recording).collect();
+        let health = Health::of(&all, self.baseline.as_ref())?;
+        health.iter().for_each(|health| health::print(health, context));
+        let data = DataSet {
+            title: &title,
+            angles: &angles,
+            rows: summary.rows(),
+            recordings: &recordings,
+            meta: all[0].meta(),
+            health: health.as_ref(),
+        };
+        let outcome = page::write(&ReportFolder { path: folder, png: self.options.png }, &data)?;
+        context.reported(folder);
+        Ok(outcome)
+    }
 }
 
 /// The force that is asked for; only a simulated tip can be pushed.
@@ -160,29 +212,4 @@ fn tip_force(options: &Options, source: &Source) -> anyhow::Result<Option<TipFor
                 .into())
         }
     }
-}
-
-/// Provenance of a recording.
-fn metadata(
-    source: &Source,
-    options: &Options,
-    job: &Job,
-    calibration: &Calibration,
-    context: &Context,
-) -> Metadata {
-    let mut meta = job.commands.meta().clone();
-    meta.scene_hash = String::new();
-    meta.source = format!("{}, {}", source.description(), job.commands.meta().source);
-    meta.commit = COMMIT.to_owned();
-    meta.command = context.command.clone();
-    let mut note = |key: &str, value: String| meta.extra.insert(key.to_owned(), value);
-    note("rig.name", source.rig().name.clone());
-    note("calibration.date", calibration.date.clone());
-    if let Source::Virtual { name, .. } = source {
-        note("virtual.robot", name.clone());
-    }
-    for (key, value) in source.identity(options.seed, Some(calibration)) {
-        note(key, value);
-    }
-    meta
 }

@@ -6,8 +6,11 @@ use std::time::Instant;
 use anyhow::Context as _;
 use hysteron_base::checks::Purpose;
 use hysteron_base::{BadInput, Recording, Scene};
+use hysteron_fem::Mesh;
 use hysteron_report::folder::ReportFolder;
-use hysteron_twin::fit::{Fit, FitParameter, MaterialOptions, Stepping, fit_material, select};
+use hysteron_twin::fit::{
+    Fit, FitParameter, MaterialFit, MaterialOptions, Selected, Stepping, fit_material, select,
+};
 use hysteron_twin::{Motion, Twin};
 
 use super::options::Options;
@@ -54,6 +57,41 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     );
 
     context.listen();
+    let start = Instant::now();
+    let found = search(options, (&scene, &mesh), &motions, &selected, context)?;
+    if context.is_cancelled() {
+        return Err(Cancelled::new("; nothing is written").into());
+    }
+    let finished = FinishedFit {
+        scene: &scene,
+        motions: &motions,
+        selected: &selected,
+        found: &found,
+        findings: &findings,
+        wall_s: start.elapsed().as_secs_f64(),
+        n_other_role,
+        tension_max: tension_max(options, &scene),
+    };
+    let outcome = Outcome::new(&finished, context);
+    print(&finished, &outcome, context);
+    scene_file::write(&options.scene, &scene, &found.scene, &options.out, context)?;
+    if let Some(folder) = &options.figures {
+        page::write(&ReportFolder { path: folder, png: options.png }, &outcome, &finished)
+            .with_context(|| format!("writing figures to {}", folder.display()))?;
+        context.reported(folder);
+    }
+    context.wrote(&options.out);
+    Ok(outcome)
+}
+
+/// Searches for the parameters.
+fn search(
+    options: &Options,
+    (scene, mesh): (&Scene, &Mesh),
+    motions: &[Motion],
+    selected: &[Selected],
+    context: &Context,
+) -> anyhow::Result<MaterialFit> {
     let bar = context.progress("steps of the twin", 0, 0);
     let settings = MaterialOptions {
         frame: options.frame.into(),
@@ -70,36 +108,15 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
             !context.is_cancelled()
         },
     };
-    let start = Instant::now();
-    let found = fit_material(&scene, &mesh, &motions, &selected, &settings)?;
+    let found = fit_material(scene, mesh, motions, selected, &settings)?;
     bar.finish();
-    if context.is_cancelled() {
-        return Err(Cancelled::new("; nothing is written").into());
-    }
-    let finished = FinishedFit {
-        scene: &scene,
-        motions: &motions,
-        selected: &selected,
-        found: &found,
-        findings: &findings,
-        wall_s: start.elapsed().as_secs_f64(),
-        n_other_role,
-        tension_max: scene
-            .tendons
-            .iter()
-            .map(|tendon| options.tension_max_n.map_or(tendon.tension.max, |n| n.min(tendon.tension.max)))
-            .collect(),
-    };
-    let outcome = Outcome::new(&finished, context);
-    print(&finished, &outcome, context);
-    scene_file::write(&options.scene, &scene, &found.scene, &options.out, context)?;
-    if let Some(folder) = &options.figures {
-        page::write(&ReportFolder { path: folder, png: options.png }, &outcome, &finished)
-            .with_context(|| format!("writing figures to {}", folder.display()))?;
-        context.reported(folder);
-    }
-    context.wrote(&options.out);
-    Ok(outcome)
+    Ok(found)
+}
+
+/// Largest tension that each tendon can be pulled with [N].
+fn tension_max(options: &Options, scene: &Scene) -> Vec<f64> {
+    let drives = options.tension_max_n.unwrap_or(f64::INFINITY);
+    scene.tendons.iter().map(|tendon| drives.min(tendon.tension.max)).collect()
 }
 
 /// The motions in recordings of this role.

@@ -44,24 +44,12 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         .collect::<anyhow::Result<Vec<_>>>()?;
     let period = common_period(&recordings)?;
     context.listen();
-    let (mut free, mut known) = (Vec::new(), Vec::new());
     let bar = context.progress("samples", recordings.iter().map(|input| input.motion.len()).sum(), 0);
     let observe = |input| Input::observe(input, &twin, network.as_ref(), context, bar.as_ref());
     let observed: Vec<RecordingObservations> = parallel::try_map(&recordings, observe)?;
-    for (input, observed) in recordings.iter().zip(observed) {
-        match &input.force {
-            Some(force) if input.is_pushed() => known.push(KnownForce { observed, force: force.clone() }),
-            _ => free.push(observed),
-        }
-    }
     bar.finish();
-    if free.is_empty() {
-        let found = "pushes in every one";
-        return Err(BadInput::new("recordings", "at least one without contact", found).into());
-    }
-    let radius = recordings.iter().map(|input| input.servos.as_ref().map(|servos| servos.radius));
-    let radius: Option<Vec<f64>> = radius.collect();
-    let servo = radius.map(|radii| (stall_torque, radii.iter().sum::<f64>() / radii.len() as f64));
+    let (free, known) = by_contact(&recordings, observed)?;
+    let servo = servo(&recordings, stall_torque);
     if servo.is_none() {
         tracing::warn!("not every recording has ticks and loads: tensions will rest on the twin alone");
     }
@@ -80,6 +68,32 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     print(&outcome.sensor, context);
     context.wrote(&options.out);
     Ok(outcome)
+}
+
+/// Observations without a contact, and those of pushes with a known force.
+fn by_contact(
+    recordings: &[Input],
+    observed: Vec<RecordingObservations>,
+) -> Result<(Vec<RecordingObservations>, Vec<KnownForce>), BadInput> {
+    let (mut free, mut known) = (Vec::new(), Vec::new());
+    for (input, observed) in recordings.iter().zip(observed) {
+        match &input.force {
+            Some(force) if input.is_pushed() => known.push(KnownForce { observed, force: force.clone() }),
+            _ => free.push(observed),
+        }
+    }
+    if free.is_empty() {
+        let found = "pushes in every one";
+        return Err(BadInput::new("recordings", "at least one without contact", found));
+    }
+    Ok((free, known))
+}
+
+/// Stall torque of the servos [N m] and mean radius of their pulleys [m], where every recording has ticks and loads.
+fn servo(recordings: &[Input], stall_torque: f64) -> Option<(f64, f64)> {
+    let radius = recordings.iter().map(|input| input.servos.as_ref().map(|servos| servos.radius));
+    let radii: Vec<f64> = radius.collect::<Option<_>>()?;
+    Some((stall_torque, radii.iter().sum::<f64>() / radii.len() as f64))
 }
 
 /// The part of a file by `identify-servo` that is read.

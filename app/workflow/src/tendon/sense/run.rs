@@ -4,7 +4,7 @@ use hysteron_base::checks::Purpose;
 use hysteron_base::{BadInput, Channel, Metadata, Recording, Scene};
 use hysteron_report::folder::ReportFolder;
 use hysteron_twin::Twin;
-use hysteron_twin::sense::{RecordingObservations, SensedSample, TendonSensing};
+use hysteron_twin::sense::{ForceSensor, RecordingObservations, SensedSample, TendonSensing};
 
 use super::file::{self, Robot};
 use super::input::Input;
@@ -42,30 +42,22 @@ fn sense(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let _claim = outputs.check(context)?;
     let findings = recording_checks::of_inputs(&files, &recording_checks::context_of(&twin, Purpose::Score))?;
     let input = Input::new(&twin, &read.recording, &read.path.display().to_string())?;
-    if (input.period() / sensor.period_s - 1.0).abs() > 0.01 {
-        let expected = format!("samples of {} s, as the sensor was fitted with", sensor.period_s);
-        let found = format!("{:.4} s", input.period());
-        return Err(BadInput::new(format!("{}: time_s", input.name), expected, found)
-            .hint("resample the recording")
-            .into());
-    }
+    check_period(&input, &sensor)?;
     context.listen();
     let bar = context.progress("samples", input.motion.len(), 0);
     let observed = input.observe(&twin, network.as_ref(), context, bar.as_ref())?;
     bar.finish();
     let mut sensing = TendonSensing::new(&sensor, twin.n_primary)?;
     let sensed: Vec<SensedSample> = observed.samples.iter().map(|sample| sensing.step(sample)).collect();
-    let mut meta = Metadata::default();
-    meta.scene_hash.clone_from(&scene.hash);
-    meta.source = format!("forces told from {}", read.name);
-    meta.commit = COMMIT.to_owned();
-    meta.command.clone_from(&context.command);
-    let recording = Recording::new(
-        read.recording.time().to_vec(),
-        channels(&sensed, &input, &observed),
-        read.recording.gap().to_vec(),
-        meta,
-    )?;
+    let meta = Metadata {
+        scene_hash: scene.hash.clone(),
+        source: format!("forces told from {}", read.name),
+        commit: COMMIT.to_owned(),
+        command: context.command.clone(),
+        ..Metadata::default()
+    };
+    let (time, gap) = (read.recording.time().to_vec(), read.recording.gap().to_vec());
+    let recording = Recording::new(time, channels(&sensed, &input, &observed), gap, meta)?;
     recording.write(&options.out)?;
     let scores = scores::score(&input, &observed, &sensed, &sensor)?;
     print(&scores, context);
@@ -77,6 +69,16 @@ fn sense(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     }
     context.wrote(&options.out);
     Ok(outcome)
+}
+
+/// Refuses a recording at another rate than that of the sensor.
+fn check_period(input: &Input, sensor: &ForceSensor) -> Result<(), BadInput> {
+    if (input.period() / sensor.period_s - 1.0).abs() <= 0.01 {
+        return Ok(());
+    }
+    let expected = format!("samples of {} s, as the sensor was fitted with", sensor.period_s);
+    let found = format!("{:.4} s", input.period());
+    Err(BadInput::new(format!("{}: time_s", input.name), expected, found).hint("resample the recording"))
 }
 
 /// Channels of the output: strokes, tensions and force with their standard errors, contact state, and the tip
