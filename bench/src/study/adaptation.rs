@@ -11,7 +11,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use hysteron_base::{file, json};
-use hysteron_rig::calibration::Calibration;
+use hysteron_rig::calibration::RigCalibration;
 use hysteron_rig::config::RigConfig;
 use hysteron_virtual_rig::virtual_rig::{VirtualRobot, rig_file};
 use serde_json::Value;
@@ -130,7 +130,7 @@ impl Study {
 /// A calibration whose first tendon is released by `slack` [m].
 fn let_go(path: &Path, slack: f64) -> Result<String> {
     let rig = RigConfig::from_toml(&rig_file(&VirtualRobot::preset("typical")?), Path::new(""))?;
-    let mut calibration = Calibration::read(path, &rig)?;
+    let mut calibration = RigCalibration::read(path, &rig)?;
     let first = calibration.channels.first_mut().context("a calibration without servos")?;
     first.zero = first.ticks(-slack);
     Ok(calibration.to_toml())

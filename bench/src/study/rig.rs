@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
 use hysteron_base::{Recording, file, json};
-use hysteron_rig::calibration::{Calibration, calibrate};
+use hysteron_rig::calibration::{RigCalibration, calibrate};
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::{Hardware, LiveRig};
 use hysteron_virtual_rig::virtual_rig::{SimulatedRig, VirtualRobot};
@@ -114,7 +114,7 @@ fn measure(folder: &Path, seconds: f64) -> Result<Measured> {
 
 /// The calibration of the emulated rig: that of the same robot in this process, with each zero as far from where its
 /// servo stands.
-fn calibration(rig: &Path) -> Result<Calibration> {
+fn calibration(rig: &Path) -> Result<RigCalibration> {
     let rig = RigConfig::read(rig)?;
     let robot = VirtualRobot::preset(PRESET)?;
     let mut simulated = SimulatedRig::new(&robot, &rig, SEED);

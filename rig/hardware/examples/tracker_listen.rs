@@ -3,7 +3,7 @@
 
 use hysteron_base::BadInput;
 use hysteron_rig::Result;
-use hysteron_rig::tracker::{Client, Settings};
+use hysteron_rig::tracker::{Client, TrackerSettings};
 use std::time::{Duration, Instant};
 
 fn main() -> Result<()> {
@@ -14,7 +14,7 @@ fn main() -> Result<()> {
     };
     let seconds: f64 = seconds.parse().map_err(|_| BadInput::new("SECONDS", "a number", seconds))?;
     let start = Instant::now();
-    let mut settings = Settings::new(address);
+    let mut settings = TrackerSettings::new(address);
     settings.device = (device != "first").then(|| device.clone());
     let client = Client::connect(settings, start)?;
     println!("now_s,time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,quality");

@@ -3,7 +3,7 @@
 
 use crate::bus::{BusCounts, RegisterBaseline, ServoBus, ServoReport};
 use crate::config::{RigConfig, TrackerConfig, TrackerSource};
-use crate::tracker::{Client, Replay, Settings, TrackerSurvey};
+use crate::tracker::{Client, Replay, TrackerSettings, TrackerSurvey};
 use crate::{Event, EventKind, Hardware, Pose, Result, ServoSample, SlowSample};
 use hysteron_base::Recording;
 use std::time::{Duration, Instant};
@@ -13,33 +13,33 @@ const TRACKER_PATIENCE: f64 = 5.0;
 
 /// Where poses come from.
 #[derive(Debug)]
-enum Tracker {
+enum PoseSource {
     Client(Client),
     Replay(Replay),
 }
 
-fn open_tracker(config: &TrackerConfig, clock: Instant) -> Result<Tracker> {
+fn open_tracker(config: &TrackerConfig, clock: Instant) -> Result<PoseSource> {
     let address = match &config.source {
         TrackerSource::OpenIgtLink(address) => address,
         TrackerSource::Replay(path) => {
             let recording = Recording::read(path)?;
             let replay = Replay::new(&recording, clock.elapsed().as_secs_f64());
-            return Ok(Tracker::Replay(replay.map_err(|bad| bad.within(path.display()))?));
+            return Ok(PoseSource::Replay(replay.map_err(|bad| bad.within(path.display()))?));
         }
     };
-    let mut settings = Settings::new(address);
+    let mut settings = TrackerSettings::new(address);
     settings.device = Some(config.device.clone()).filter(|device| !device.is_empty());
     settings.latency = config.latency;
     settings.stale_after = config.stale;
     settings.limits.speed = config.speed_max;
-    Ok(Tracker::Client(Client::connect(settings, clock)?))
+    Ok(PoseSource::Client(Client::connect(settings, clock)?))
 }
 
 /// A rig on its ports.
 #[derive(Debug)]
 pub struct LiveRig {
     bus: ServoBus,
-    tracker: Option<Tracker>,
+    tracker: Option<PoseSource>,
     rig: RigConfig,
     clock: Instant,
     /// Reference with which the servos' registers are compared.
@@ -50,7 +50,7 @@ impl LiveRig {
     /// Opens the ports of a rig. Nothing moves.
     ///
     /// # Errors
-    /// `Bus` or `Tracker` if one does not open, `BadInput` if the tracker's address is none.
+    /// `Bus` or `PoseSource` if one does not open, `BadInput` if the tracker's address is none.
     pub fn open(rig: &RigConfig) -> Result<Self> {
         let clock = Instant::now();
         let bus = ServoBus::open(&rig.servos, &rig.ids(), clock)?;
@@ -71,11 +71,11 @@ impl LiveRig {
     /// Waits for the tracker's first pose; returns at once where there is no tracker to wait for.
     ///
     /// # Errors
-    /// `Tracker` if none comes.
+    /// `PoseSource` if none comes.
     pub fn wait_for_pose(&self) -> Result<()> {
         match &self.tracker {
-            Some(Tracker::Client(client)) => client.wait_for_pose(TRACKER_PATIENCE),
-            Some(Tracker::Replay(_)) | None => Ok(()),
+            Some(PoseSource::Client(client)) => client.wait_for_pose(TRACKER_PATIENCE),
+            Some(PoseSource::Replay(_)) | None => Ok(()),
         }
     }
 }
@@ -84,9 +84,9 @@ impl LiveRig {
     /// Looks at a tracker for so long [s] while the tip rests; `None` without one on a port.
     ///
     /// # Errors
-    /// `Tracker` if no pose comes.
+    /// `PoseSource` if no pose comes.
     pub fn survey_tracker(&mut self, seconds: f64) -> Result<Option<TrackerSurvey>> {
-        let (Some(config), Some(Tracker::Client(_))) = (self.rig.tracker.clone(), &self.tracker) else {
+        let (Some(config), Some(PoseSource::Client(_))) = (self.rig.tracker.clone(), &self.tracker) else {
             return Ok(None);
         };
         self.wait_for_pose()?;
@@ -159,15 +159,15 @@ impl Hardware for LiveRig {
     fn take_poses(&mut self, poses: &mut Vec<Pose>) {
         let now = self.now();
         match &mut self.tracker {
-            Some(Tracker::Client(client)) => client.take_poses(poses),
-            Some(Tracker::Replay(replay)) => replay.take_poses(now, poses),
+            Some(PoseSource::Client(client)) => client.take_poses(poses),
+            Some(PoseSource::Replay(replay)) => replay.take_poses(now, poses),
             None => {}
         }
     }
 
     fn take_events(&mut self, events: &mut Vec<Event>) {
         self.bus.take_events(events);
-        if let Some(Tracker::Client(client)) = &self.tracker {
+        if let Some(PoseSource::Client(client)) = &self.tracker {
             client.take_events(events);
         }
     }

@@ -5,7 +5,7 @@
 
 use crate::bus::ServoBounds;
 use crate::bus::xl430;
-use crate::config::Limits;
+use crate::config::SafetyLimits;
 use crate::{Pose, ServoSample, SlowSample};
 
 /// How a run ends that cannot go on.
@@ -43,7 +43,7 @@ const STROKE_MARGIN: f64 = 0.25e-3;
 /// By how much a measured rate may pass its limit [-]: one tick more or less in a cycle, and the servo catching up.
 const RATE_MARGIN: f64 = 1.0;
 
-impl Limits {
+impl SafetyLimits {
     /// A command, `dt` [s] after the one before.
     ///
     /// # Errors

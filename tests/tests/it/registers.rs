@@ -6,14 +6,14 @@
 use std::path::Path;
 
 use hysteron_rig::LiveRig;
-use hysteron_rig::bus::xl430::{self, Register};
+use hysteron_rig::bus::xl430::{self, ControlRegister};
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::teleoperation::{Arms, ArmsConfig};
+use hysteron_rig::teleoperation::{ArmPair, ArmsConfig};
 use hysteron_tests::emulated::{EmulatedArms, EmulatedRig};
 use hysteron_tests::{root, run};
 
 /// Writes a register of a servo, as Dynamixel Wizard would.
-fn touch(rig: &Path, servo: u8, register: Register, value: u32) {
+fn touch(rig: &Path, servo: u8, register: ControlRegister, value: u32) {
     let config = RigConfig::read(rig).unwrap();
     LiveRig::open(&config).unwrap().bus().write(servo, register, value).unwrap();
 }
@@ -70,8 +70,8 @@ fn no_arm_is_led_whose_registers_were_touched() {
     let arms = EmulatedArms::start(&[]);
     let file = arms.path().join("arms/patient.toml");
     let config = ArmsConfig::read(&file).unwrap();
-    let touch = |arm: usize, servo: u8, register: Register, value: u32| {
-        Arms::open(&config).unwrap().buses()[arm].write(servo, register, value).unwrap();
+    let touch = |arm: usize, servo: u8, register: ControlRegister, value: u32| {
+        ArmPair::open(&config).unwrap().buses()[arm].write(servo, register, value).unwrap();
     };
     let record = ["arm", "record", "--arms", "arms/patient.toml", "--seconds", "1", "--out", "out.parquet"];
     let check = ["rig", "check", "--rig", "arms/patient.toml"];

@@ -3,7 +3,7 @@
 //!
 //! Both stand side by side in every control table, so that no indirect addresses are needed, which not all servos have alike.
 
-use super::model::{Effort, ServoModel};
+use super::model::{EffortRegister, ServoModel};
 use super::{ServoBus, xl430};
 use crate::Result;
 
@@ -42,15 +42,15 @@ impl ArmServoSample {
     /// Effort of the motor, by its model: current [A], or load as a fraction of the stall torque [-].
     pub fn effort(&self, model: &ServoModel) -> f64 {
         let unit = match model.effort {
-            Effort::Current(unit) => unit,
-            Effort::Load => xl430::LOAD_UNIT,
+            EffortRegister::Current(unit) => unit,
+            EffortRegister::Load => xl430::LOAD_UNIT,
         };
         unit * f64::from(self.effort)
     }
 
     /// Current of the motor [A]; `None` for a model that does not measure it.
     pub fn current(&self, model: &ServoModel) -> Option<f64> {
-        matches!(model.effort, Effort::Current(_)).then(|| self.effort(model))
+        matches!(model.effort, EffortRegister::Current(_)).then(|| self.effort(model))
     }
 
     fn read(bytes: &[u8]) -> Self {

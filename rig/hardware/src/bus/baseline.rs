@@ -1,9 +1,9 @@
 //! The registers of every servo against what they are expected to hold, before a motor is driven; and writing back.
 
 use super::model::ServoModel;
-use super::registers::{RegisterImage, RegisterSpec, Role, StoredRegisters, TABLE, stored};
+use super::registers::{RegisterImage, RegisterRole, RegisterSpec, StoredRegisters, TABLE, stored};
 use super::wire::{instruction, range};
-use super::{Error, Patience, Result, ServoBus, at, xl430};
+use super::{Error, ReplyPatience, Result, ServoBus, at, xl430};
 use crate::EventKind;
 use std::collections::BTreeMap;
 
@@ -115,7 +115,7 @@ impl ServoBus {
         for first in (0..RegisterImage::LEN).step_by(usize::from(READ_BYTES)) {
             let count = READ_BYTES.min(RegisterImage::LEN - first);
             let parameters = range(first, count);
-            let read = self.persist((id, Patience::Register), |wire| {
+            let read = self.persist((id, ReplyPatience::Register), |wire| {
                 let read = wire
                     .ask(id, instruction::READ, &parameters, usize::from(count))
                     .map(|answer| answer.parameters.to_vec());
@@ -123,7 +123,7 @@ impl ServoBus {
                 read
             });
             bytes.extend(
-                read.map_err(|failure| at(id, xl430::Register { address: first, size: 1 }, &failure))?,
+                read.map_err(|failure| at(id, xl430::ControlRegister { address: first, size: 1 }, &failure))?,
             );
         }
         Ok(RegisterImage(bytes))
@@ -203,7 +203,7 @@ impl ServoBus {
             let image = self.read_image(id)?;
             for spec in &TABLE {
                 let wanted = match spec.role {
-                    Role::Stored(_) => servo.image.value(spec),
+                    RegisterRole::Stored(_) => servo.image.value(spec),
                     _ => self.wanted(&servo, spec),
                 };
                 if let Some((wanted, found)) = wanted.zip(image.value(spec))

@@ -4,8 +4,8 @@ use super::baseline::Examined;
 use super::duplicates::Presence;
 use super::model::ServoModel;
 use super::registers::StoredRegisters;
-use super::wire::{BROADCAST, Failure, STATUS_BYTES, instruction, range};
-use super::{Patience, ServoBounds, ServoBus, xl430};
+use super::wire::{BROADCAST, STATUS_BYTES, TransferFailure, instruction, range};
+use super::{ReplyPatience, ServoBounds, ServoBus, xl430};
 use crate::{Error, Result};
 use serde::Serialize;
 
@@ -56,9 +56,9 @@ impl ServoBus {
                         let [low, high, firmware] = [0, 1, 2].map(|i| answer.parameters[i]);
                         found.push((answer.id, u16::from_le_bytes([low, high]), firmware));
                     }
-                    Err(failure @ Failure::Port(_)) => return Err(failure),
+                    Err(failure @ TransferFailure::Port(_)) => return Err(failure),
                     // The end is a timeout that says nothing.
-                    Err(Failure::Timeout) => {
+                    Err(TransferFailure::Timeout) => {
                         wire.counts.timeouts -= 1;
                         return Ok(found);
                     }
@@ -74,8 +74,9 @@ impl ServoBus {
     /// # Errors
     /// `Bus` if it does not confirm.
     pub fn reboot(&mut self, id: u8) -> Result<()> {
-        let done = self
-            .persist((id, Patience::Retries), |wire| wire.ask(id, instruction::REBOOT, &[], 0).map(|_| ()));
+        let done = self.persist((id, ReplyPatience::Retries), |wire| {
+            wire.ask(id, instruction::REBOOT, &[], 0).map(|_| ())
+        });
         done.map_err(|failure| Error::Bus(format!("servo {id}: reboot: {failure}")))
     }
 

@@ -32,11 +32,11 @@ use registers::TABLE;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 pub use torque_state::{ServoTorque, TorqueState, describe_torques};
-use wire::{BROADCAST, Failure, INSTRUCTION_BYTES, STATUS_BYTES, Wire, instruction, range};
-use xl430::Register;
+use wire::{BROADCAST, INSTRUCTION_BYTES, STATUS_BYTES, TransferFailure, Wire, instruction, range};
+use xl430::ControlRegister;
 
 /// Registers that the indirect addresses map into one block, in this order.
-const BLOCK: [Register; 5] = [
+const BLOCK: [ControlRegister; 5] = [
     xl430::TORQUE_ENABLE,
     xl430::HARDWARE_ERROR,
     xl430::PRESENT_LOAD,
@@ -53,7 +53,7 @@ pub const REGISTER_PATIENCE: Duration = Duration::from_secs(2);
 
 /// How often a servo that does not answer is asked again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Patience {
+enum ReplyPatience {
     /// As often as the rig file says: a cycle goes on, or others are under torque.
     Retries,
     /// So often, and until [`REGISTER_PATIENCE`] is over, each time for twice as long: a computer with other work to do
@@ -155,7 +155,8 @@ impl ServoBus {
             }
             let addresses = BLOCK.iter().flat_map(|r| r.address..r.address + u16::from(r.size));
             for (slot, address) in (0_u16..).zip(addresses) {
-                let register = Register { address: xl430::INDIRECT_ADDRESS.address + 2 * slot, size: 2 };
+                let register =
+                    ControlRegister { address: xl430::INDIRECT_ADDRESS.address + 2 * slot, size: 2 };
                 self.write(id, register, u32::from(address))?;
             }
         }
@@ -220,7 +221,7 @@ impl ServoBus {
             .ids
             .clone()
             .into_iter()
-            .filter_map(|id| self.write_with((id, Patience::Retries), xl430::BUS_WATCHDOG, 0).err())
+            .filter_map(|id| self.write_with((id, ReplyPatience::Retries), xl430::BUS_WATCHDOG, 0).err())
             .map(Error::reason)
             .collect();
         all_done(&failed)
@@ -235,11 +236,16 @@ impl ServoBus {
     ///
     /// # Errors
     /// `Bus` naming the servo and the address.
-    pub fn write(&mut self, id: u8, register: Register, value: u32) -> Result<()> {
-        self.write_with((id, Patience::Register), register, value)
+    pub fn write(&mut self, id: u8, register: ControlRegister, value: u32) -> Result<()> {
+        self.write_with((id, ReplyPatience::Register), register, value)
     }
 
-    fn write_with(&mut self, (id, patience): (u8, Patience), register: Register, value: u32) -> Result<()> {
+    fn write_with(
+        &mut self,
+        (id, patience): (u8, ReplyPatience),
+        register: ControlRegister,
+        value: u32,
+    ) -> Result<()> {
         let mut parameters = Vec::with_capacity(6);
         parameters.extend(register.address.to_le_bytes());
         parameters.extend(&value.to_le_bytes()[..usize::from(register.size)]);
@@ -255,11 +261,11 @@ impl ServoBus {
     ///
     /// # Errors
     /// `Bus` naming the servo and the address.
-    pub fn read(&mut self, id: u8, register: Register) -> Result<u32> {
-        self.read_with((id, Patience::Register), register)
+    pub fn read(&mut self, id: u8, register: ControlRegister) -> Result<u32> {
+        self.read_with((id, ReplyPatience::Register), register)
     }
 
-    fn read_with(&mut self, (id, patience): (u8, Patience), register: Register) -> Result<u32> {
+    fn read_with(&mut self, (id, patience): (u8, ReplyPatience), register: ControlRegister) -> Result<u32> {
         let size = usize::from(register.size);
         let parameters = range(register.address, u16::from(register.size));
         let read = self.persist((id, patience), |wire| {
@@ -289,7 +295,7 @@ impl ServoBus {
         self.scratch.extend(range(address, count));
         self.scratch.extend(&ids);
         let parameters = std::mem::take(&mut self.scratch);
-        let mut troubles: Vec<Failure> = Vec::new();
+        let mut troubles: Vec<TransferFailure> = Vec::new();
         let sent = self.with_wire(|wire| {
             wire.send(BROADCAST, instruction::SYNC_READ, &parameters)?;
             let answered = ids.len() * (STATUS_BYTES + length);
@@ -301,8 +307,8 @@ impl ServoBus {
                             samples[k] = Some(parse(answer.parameters));
                         }
                     }
-                    Err(Failure::Timeout) => break,
-                    Err(failure @ Failure::Port(_)) => return Err(failure),
+                    Err(TransferFailure::Timeout) => break,
+                    Err(failure @ TransferFailure::Port(_)) => return Err(failure),
                     Err(failure) => troubles.push(failure),
                 }
             }
@@ -318,16 +324,16 @@ impl ServoBus {
                 continue;
             }
             if troubles.is_empty() {
-                self.note(Some(id), &Failure::Timeout);
+                self.note(Some(id), &TransferFailure::Timeout);
             }
             let parameters = range(address, count);
             self.counts.retries += 1;
-            let again = self.persist((id, Patience::Retries), |wire| {
+            let again = self.persist((id, ReplyPatience::Retries), |wire| {
                 wire.ask(id, instruction::READ, &parameters, length).map(|answer| parse(answer.parameters))
             });
             match again {
                 Ok(sample) => samples[k] = Some(sample),
-                Err(Failure::Port(why)) => outcome = Err(Error::Bus(why)),
+                Err(TransferFailure::Port(why)) => outcome = Err(Error::Bus(why)),
                 Err(_) => self.counts.lost += 1,
             }
         }
@@ -338,9 +344,9 @@ impl ServoBus {
     /// Tries a transfer with one servo until it succeeds, or has failed as often and as long as it may.
     fn persist<T>(
         &mut self,
-        (id, patience): (u8, Patience),
-        mut transfer: impl FnMut(&mut Wire) -> std::result::Result<T, Failure>,
-    ) -> std::result::Result<T, Failure> {
+        (id, patience): (u8, ReplyPatience),
+        mut transfer: impl FnMut(&mut Wire) -> std::result::Result<T, TransferFailure>,
+    ) -> std::result::Result<T, TransferFailure> {
         let (start, usual) = (Instant::now(), Duration::from_secs_f64(self.config.reply_timeout));
         let (mut attempt, mut timeout) = (0, usual);
         loop {
@@ -348,12 +354,12 @@ impl ServoBus {
                 Ok(done) => return Ok(done),
                 Err(failure) => {
                     // The loss of the port is noted once, where it is seen.
-                    if !matches!(failure, Failure::Port(_)) {
+                    if !matches!(failure, TransferFailure::Port(_)) {
                         self.note(Some(id), &failure);
                     }
-                    let is_final = matches!(failure, Failure::Refused(_) | Failure::Port(_));
+                    let is_final = matches!(failure, TransferFailure::Refused(_) | TransferFailure::Port(_));
                     let mut left = Duration::ZERO;
-                    if patience == Patience::Register && failure == Failure::Timeout {
+                    if patience == ReplyPatience::Register && failure == TransferFailure::Timeout {
                         left = REGISTER_PATIENCE.saturating_sub(start.elapsed());
                         timeout = (2 * timeout).min(left.max(usual));
                     }
@@ -370,19 +376,19 @@ impl ServoBus {
     /// Uses the port, opening it again if it was lost; a port that fails is dropped.
     fn with_wire<T>(
         &mut self,
-        mut transfer: impl FnMut(&mut Wire) -> std::result::Result<T, Failure>,
-    ) -> std::result::Result<T, Failure> {
+        mut transfer: impl FnMut(&mut Wire) -> std::result::Result<T, TransferFailure>,
+    ) -> std::result::Result<T, TransferFailure> {
         if self.wire.is_none() {
             let opened = find_port(&self.config.port).map_err(|e| e.to_string()).and_then(|port| {
                 Wire::open(&port, self.config.baud, self.config.reply_timeout).map_err(|e| e.to_string())
             });
-            self.wire = Some(opened.map_err(Failure::Port)?);
+            self.wire = Some(opened.map_err(TransferFailure::Port)?);
             self.counts.reopened += 1;
             self.note_event(None, EventKind::BusBack, "the port is back".into());
         }
-        let Some(wire) = &mut self.wire else { return Err(Failure::Port("closed".into())) };
+        let Some(wire) = &mut self.wire else { return Err(TransferFailure::Port("closed".into())) };
         let done = transfer(wire);
-        if let Err(failure @ Failure::Port(_)) = &done {
+        if let Err(failure @ TransferFailure::Port(_)) = &done {
             self.counts += wire.counts;
             self.wire = None;
             self.note(None, failure);
@@ -390,12 +396,12 @@ impl ServoBus {
         done
     }
 
-    fn note(&mut self, servo: Option<u8>, failure: &Failure) {
+    fn note(&mut self, servo: Option<u8>, failure: &TransferFailure) {
         let kind = match failure {
-            Failure::Timeout => EventKind::Timeout,
-            Failure::Corrupt(_) => EventKind::Corrupt,
-            Failure::Refused(_) => EventKind::Refused,
-            Failure::Port(_) => EventKind::BusLost,
+            TransferFailure::Timeout => EventKind::Timeout,
+            TransferFailure::Corrupt(_) => EventKind::Corrupt,
+            TransferFailure::Refused(_) => EventKind::Refused,
+            TransferFailure::Port(_) => EventKind::BusLost,
         };
         self.note_event(servo, kind, failure.to_string());
     }
@@ -424,7 +430,7 @@ fn all_done(failed: &[String]) -> Result<()> {
     if failed.is_empty() { Ok(()) } else { Err(Error::Bus(failed.join("; "))) }
 }
 
-fn at(id: u8, register: Register, failure: &Failure) -> Error {
+fn at(id: u8, register: ControlRegister, failure: &TransferFailure) -> Error {
     Error::Bus(format!("servo {id}, register {}: {failure}", register.address))
 }
 

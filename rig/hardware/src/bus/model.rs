@@ -4,7 +4,7 @@ use hysteron_base::BadInput;
 
 /// Quantity in the register at address 126.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Effort {
+pub enum EffortRegister {
     /// The load, in thousandths of the stall torque, as the servo estimates it from its PWM.
     Load,
     /// The motor's current, in units of so many amperes [A].
@@ -19,7 +19,7 @@ pub struct ServoModel {
     /// Model number in its register.
     pub number: u16,
     /// Effort that it reports of its motor.
-    pub effort: Effort,
+    pub effort: EffortRegister,
     /// Least and largest supply voltage from the factory [0.1 V].
     pub voltage: [u8; 2],
     /// Largest temperature from the factory [°C].
@@ -42,7 +42,7 @@ pub struct ServoModel {
 pub const XL430_W250: ServoModel = ServoModel {
     name: "XL430-W250",
     number: 1060,
-    effort: Effort::Load,
+    effort: EffortRegister::Load,
     voltage: [60, 140],
     temperature: 72,
     velocity: 265,
@@ -57,7 +57,7 @@ pub const XL430_W250: ServoModel = ServoModel {
 pub const XM430_W350: ServoModel = ServoModel {
     name: "XM430-W350",
     number: 1020,
-    effort: Effort::Current(2.69e-3),
+    effort: EffortRegister::Current(2.69e-3),
     voltage: [95, 160],
     temperature: 80,
     velocity: 200,
@@ -72,7 +72,7 @@ pub const XM430_W350: ServoModel = ServoModel {
 pub const XL330_M288: ServoModel = ServoModel {
     name: "XL330-M288",
     number: 1200,
-    effort: Effort::Current(1e-3),
+    effort: EffortRegister::Current(1e-3),
     voltage: [35, 70],
     temperature: 70,
     velocity: 445,

@@ -19,7 +19,7 @@ pub const STATUS: u8 = 0x55;
 
 /// Item that the decoder found.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Decoded {
+pub enum DecodedPacket {
     /// A whole packet.
     Packet {
         /// Whom it addresses.
@@ -40,11 +40,11 @@ pub enum Decoded {
 
 /// Finds packets in a stream of bytes, however it is cut and whatever lies between them.
 #[derive(Debug, Default)]
-pub struct Decoder {
+pub struct PacketDecoder {
     bytes: Vec<u8>,
 }
 
-impl Decoder {
+impl PacketDecoder {
     /// Takes bytes as they came.
     pub fn push(&mut self, bytes: &[u8]) {
         self.bytes.extend_from_slice(bytes);
@@ -61,7 +61,7 @@ impl Decoder {
     }
 
     /// The next packet, if one is whole. Call until `None`; then at most one unfinished packet is kept.
-    pub fn next_packet(&mut self) -> Option<Decoded> {
+    pub fn next_packet(&mut self) -> Option<DecodedPacket> {
         loop {
             let start = find_header(&self.bytes);
             self.bytes.drain(..start);
@@ -88,11 +88,11 @@ impl Decoder {
             if checksum(&self.bytes[..end - 2]) != stated {
                 // The length may be what is wrong: look for the next header right behind this one.
                 self.bytes.drain(..HEADER.len());
-                return Some(Decoded::BadChecksum { id, wire_len: end });
+                return Some(DecodedPacket::BadChecksum { id, wire_len: end });
             }
             let body = unstuffed(&self.bytes[PREFIX..end - 2]);
             self.bytes.drain(..end);
-            return Some(Decoded::Packet { id, body, wire_len: end });
+            return Some(DecodedPacket::Packet { id, body, wire_len: end });
         }
     }
 }
@@ -214,14 +214,14 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn decoded(bytes: &[u8]) -> Vec<Decoded> {
-        let mut decoder = Decoder::default();
+    fn decoded(bytes: &[u8]) -> Vec<DecodedPacket> {
+        let mut decoder = PacketDecoder::default();
         decoder.push(bytes);
         std::iter::from_fn(|| decoder.next_packet()).collect()
     }
 
-    fn is_packet(found: &Decoded, id: u8, body: &[u8]) -> bool {
-        matches!(found, Decoded::Packet { id: i, body: b, .. } if *i == id && b == body)
+    fn is_packet(found: &DecodedPacket, id: u8, body: &[u8]) -> bool {
+        matches!(found, DecodedPacket::Packet { id: i, body: b, .. } if *i == id && b == body)
     }
 
     /// Bodies rich in what must be stuffed.
@@ -261,13 +261,13 @@ mod tests {
         bytes[9] ^= 1;
         bytes.extend(packet(3, &[1]));
         let found = decoded(&bytes);
-        assert_eq!(found[0], Decoded::BadChecksum { id: 2, wire_len: 14 });
+        assert_eq!(found[0], DecodedPacket::BadChecksum { id: 2, wire_len: 14 });
         assert!(is_packet(&found[1], 3, &[1]));
     }
 
     #[test]
     fn memory_is_bounded() {
-        let mut decoder = Decoder::default();
+        let mut decoder = PacketDecoder::default();
         for _ in 0..1000 {
             decoder.push(&[0xff; 1000]);
             assert_eq!(decoder.next_packet(), None);
@@ -324,7 +324,7 @@ mod tests {
                     Piece::Broken(broken) => bytes.extend(broken),
                 }
             }
-            let (mut decoder, mut found) = (Decoder::default(), Vec::new());
+            let (mut decoder, mut found) = (PacketDecoder::default(), Vec::new());
             for chunk in bytes.chunks(cut) {
                 decoder.push(chunk);
                 found.extend(std::iter::from_fn(|| decoder.next_packet()));
@@ -349,7 +349,7 @@ mod tests {
         #[test]
         fn any_cut_gives_the_same(bodies in proptest::collection::vec(body(), 1..4), cuts in proptest::collection::vec(1usize..30, 1..20)) {
             let bytes: Vec<u8> = bodies.iter().flat_map(|body| packet(7, body)).collect();
-            let mut decoder = Decoder::default();
+            let mut decoder = PacketDecoder::default();
             let mut found = Vec::new();
             let mut rest = &bytes[..];
             for cut in cuts.iter().cycle() {
@@ -373,7 +373,7 @@ mod tests {
 
         #[test]
         fn any_bytes_are_survived(bytes in proptest::collection::vec(prop_oneof![Just(0xff), Just(0xfd), Just(0), any::<u8>()], 0..3000)) {
-            let mut decoder = Decoder::default();
+            let mut decoder = PacketDecoder::default();
             decoder.push(&bytes);
             while decoder.next_packet().is_some() {}
             prop_assert!(decoder.bytes.len() <= PREFIX + MAX_LENGTH);

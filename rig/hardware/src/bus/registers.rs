@@ -4,7 +4,7 @@
 //! measured, or without effect in the two position modes. Source: ROBOTIS e-Manual, "Control Table" of each model.
 
 use super::model::ServoModel;
-use super::xl430::{self, Register, drive};
+use super::xl430::{self, ControlRegister, drive};
 use crate::config::{ServoConfig, ServoMode};
 use hysteron_base::BadInput;
 use serde::{Serialize, Serializer};
@@ -12,14 +12,14 @@ use std::collections::BTreeMap;
 
 /// Role of a register in the checks before torque goes on.
 #[derive(Debug, Clone, Copy)]
-pub enum Role {
+pub enum RegisterRole {
     /// Says which servo it is and how it is reached: the search on the bus depends on it.
     Identity,
     /// Kept without power: compared with what the calibration stored or, without that, with the factory's value. A
     /// value that has none from the factory is compared only with what was stored.
     Stored(fn(&ServoModel) -> Option<i64>),
     /// Written before every run and read back.
-    Set(Setting),
+    Set(RegisterSetting),
     /// Written while a session lasts.
     Commanded,
     /// Written by the servo alone.
@@ -30,7 +30,7 @@ pub enum Role {
 
 /// Value that a register is given before every run.
 #[derive(Debug, Clone, Copy)]
-pub enum Setting {
+pub enum RegisterSetting {
     /// The same for all.
     Fixed(i64),
     /// Operating mode of the rig file.
@@ -47,16 +47,21 @@ pub enum Setting {
 #[derive(Debug)]
 pub struct RegisterSpec {
     /// Where it is.
-    pub register: Register,
+    pub register: ControlRegister,
     /// As the manual calls it.
     pub name: &'static str,
     /// Role in the checks before torque goes on.
-    pub role: Role,
+    pub role: RegisterRole,
     /// Effect of another value.
     pub effect: &'static str,
 }
 
-const fn row(register: Register, name: &'static str, role: Role, effect: &'static str) -> RegisterSpec {
+const fn row(
+    register: ControlRegister,
+    name: &'static str,
+    role: RegisterRole,
+    effect: &'static str,
+) -> RegisterSpec {
     RegisterSpec { register, name, role, effect }
 }
 
@@ -66,8 +71,8 @@ const MEASURED: &str = "it is measured";
 
 /// All registers up to the indirect addresses, in order; those of one kind of servo alone among them.
 pub const TABLE: [RegisterSpec; 57] = {
-    use Role::{Commanded, Identity, Measured, Set, Stored, WithoutEffect};
-    use Setting::{Fixed, Mode, PositionGain, PwmLimit, VelocityGain};
+    use RegisterRole::{Commanded, Identity, Measured, Set, Stored, WithoutEffect};
+    use RegisterSetting::{Fixed, Mode, PositionGain, PwmLimit, VelocityGain};
     [
         row(xl430::MODEL_NUMBER, "Model Number", Identity, "another servo"),
         row(xl430::MODEL_INFORMATION, "Model Information", WithoutEffect, "nothing"),
@@ -231,21 +236,22 @@ impl RegisterSpec {
 
     /// Whether it can be written back.
     pub fn is_writable(&self) -> bool {
-        !matches!(self.role, Role::Measured | Role::Identity) && self.register != xl430::FIRMWARE
+        !matches!(self.role, RegisterRole::Measured | RegisterRole::Identity)
+            && self.register != xl430::FIRMWARE
     }
 
     /// Required value before a run; `None` if it is not set before a run.
     pub fn setting(&self, config: &ServoConfig, model: &ServoModel, pwm_limit: i64) -> Option<i64> {
-        let Role::Set(setting) = self.role else { return None };
+        let RegisterRole::Set(setting) = self.role else { return None };
         Some(match setting {
-            Setting::Fixed(value) => value,
-            Setting::Mode => i64::from(match config.mode {
+            RegisterSetting::Fixed(value) => value,
+            RegisterSetting::Mode => i64::from(match config.mode {
                 ServoMode::Position => xl430::mode::POSITION,
                 ServoMode::Extended => xl430::mode::EXTENDED_POSITION,
             }),
-            Setting::PositionGain(k) => i64::from(config.gains[k]),
-            Setting::VelocityGain(k) => i64::from(model.velocity_gains[k]),
-            Setting::PwmLimit => pwm_limit,
+            RegisterSetting::PositionGain(k) => i64::from(config.gains[k]),
+            RegisterSetting::VelocityGain(k) => i64::from(model.velocity_gains[k]),
+            RegisterSetting::PwmLimit => pwm_limit,
         })
     }
 
@@ -295,7 +301,7 @@ impl RegisterSpec {
 /// Registers that calibrations store.
 pub fn stored() -> impl Iterator<Item = (&'static RegisterSpec, fn(&ServoModel) -> Option<i64>)> {
     TABLE.iter().filter_map(|spec| match spec.role {
-        Role::Stored(factory) => Some((spec, factory)),
+        RegisterRole::Stored(factory) => Some((spec, factory)),
         _ => None,
     })
 }

@@ -2,9 +2,9 @@
 //! servo with a state of its own.
 
 use super::torque_state::{ServoTorque, TorqueState};
-use super::wire::{BROADCAST, Failure, instruction, range};
-use super::xl430::{self, Register};
-use super::{Error, Patience, Result, ServoBus, all_done};
+use super::wire::{BROADCAST, TransferFailure, instruction, range};
+use super::xl430::{self, ControlRegister};
+use super::{Error, ReplyPatience, Result, ServoBus, all_done};
 
 /// Values of the torque register.
 const OFF: u8 = 0;
@@ -20,7 +20,7 @@ impl ServoBus {
         self.check_accepted()?;
         let mut failed = Vec::new();
         for id in self.ids.clone() {
-            let one = (id, Patience::Retries);
+            let one = (id, ReplyPatience::Retries);
             let switched = self.write_with(one, xl430::BUS_WATCHDOG, 0).and_then(|()| self.switch(id, ON));
             failed.extend(switched.err().map(Error::reason));
         }
@@ -28,7 +28,7 @@ impl ServoBus {
         let watchdog = (self.config.bus_watchdog / xl430::WATCHDOG_UNIT).round() as u32;
         if watchdog > 0 {
             for id in self.ids.clone() {
-                self.write_with((id, Patience::Retries), xl430::BUS_WATCHDOG, watchdog)?;
+                self.write_with((id, ReplyPatience::Retries), xl430::BUS_WATCHDOG, watchdog)?;
             }
         }
         Ok(())
@@ -84,7 +84,7 @@ impl ServoBus {
 
     /// Switches one servo and reads it back, with retries.
     fn switch(&mut self, id: u8, wanted: u8) -> Result<()> {
-        let one = (id, Patience::Retries);
+        let one = (id, ReplyPatience::Retries);
         self.write_with(one, xl430::TORQUE_ENABLE, u32::from(wanted))?;
         if self.read_with(one, xl430::TORQUE_ENABLE)? == u32::from(wanted) {
             return Ok(());
@@ -93,7 +93,7 @@ impl ServoBus {
     }
 
     /// Writes a register of one byte of all servos in one packet, without an answer.
-    fn write_to_all(&mut self, register: Register, value: u8) -> Result<()> {
+    fn write_to_all(&mut self, register: ControlRegister, value: u8) -> Result<()> {
         let mut parameters = range(register.address, 1).to_vec();
         parameters.extend(self.ids.iter().flat_map(|id| [*id, value]));
         let sent = self.with_wire(|wire| wire.send(BROADCAST, instruction::SYNC_WRITE, &parameters));
@@ -101,12 +101,12 @@ impl ServoBus {
     }
 
     /// Asks one servo once whether its torque is on.
-    fn look(&mut self, id: u8) -> std::result::Result<u8, Failure> {
+    fn look(&mut self, id: u8) -> std::result::Result<u8, TransferFailure> {
         let parameters = range(xl430::TORQUE_ENABLE.address, 1);
         let read =
             self.with_wire(|wire| wire.ask(id, instruction::READ, &parameters, 1).map(|a| a.parameters[0]));
         if let Err(failure) = &read
-            && !matches!(failure, Failure::Port(_))
+            && !matches!(failure, TransferFailure::Port(_))
         {
             self.note(Some(id), failure);
         }

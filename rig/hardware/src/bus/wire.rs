@@ -7,7 +7,7 @@
 //! beyond it, and every damaged byte is passed over once.
 
 use super::BusCounts;
-use super::packet::{Decoded, Decoder, STATUS};
+use super::packet::{DecodedPacket, PacketDecoder, STATUS};
 use dynamixel2::serial2::SerialPort;
 use dynamixel2::{Bus, WriteError};
 use std::io::ErrorKind;
@@ -34,7 +34,7 @@ const ALERT: u8 = 0x80;
 
 /// Failure of one attempt at a transfer.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Failure {
+pub enum TransferFailure {
     /// Nothing in time.
     Timeout,
     /// Damaged, or not the answer to what was asked.
@@ -45,7 +45,7 @@ pub enum Failure {
     Port(String),
 }
 
-impl std::fmt::Display for Failure {
+impl std::fmt::Display for TransferFailure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Timeout => write!(f, "no answer in time"),
@@ -72,7 +72,7 @@ fn refusal(number: u8) -> &'static str {
 
 /// One answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Answer<'a> {
+pub struct StatusReply<'a> {
     /// Who answered.
     pub id: u8,
     /// Whether it has a hardware error.
@@ -101,7 +101,7 @@ pub struct Wire {
     bus: Bus<Vec<u8>, Vec<u8>>,
     /// The same port, for reading.
     port: SerialPort,
-    decoder: Decoder,
+    decoder: PacketDecoder,
     /// How long to wait beyond the time on the wire.
     reply_timeout: Duration,
     /// Parameters of the last answer.
@@ -121,7 +121,7 @@ impl Wire {
         rustix::fs::flock(bus.serial_port(), rustix::fs::FlockOperation::NonBlockingLockExclusive)?;
         let port = bus.serial_port().try_clone()?;
         let reply_timeout = Duration::from_secs_f64(reply_timeout);
-        let (decoder, answer, counts) = (Decoder::default(), Vec::new(), BusCounts::default());
+        let (decoder, answer, counts) = (PacketDecoder::default(), Vec::new(), BusCounts::default());
         Ok(Self { bus, port, decoder, reply_timeout, answer, owed_since: None, counts })
     }
 
@@ -131,7 +131,7 @@ impl Wire {
     }
 
     /// Sends an instruction.
-    pub fn send(&mut self, id: u8, instruction: u8, parameters: &[u8]) -> Result<(), Failure> {
+    pub fn send(&mut self, id: u8, instruction: u8, parameters: &[u8]) -> Result<(), TransferFailure> {
         self.counts.instructions += 1;
         // As the crate forgets what the system still holds of earlier answers.
         self.decoder.clear();
@@ -139,8 +139,10 @@ impl Wire {
             buffer.copy_from_slice(parameters);
         });
         sent.map_err(|error| match error {
-            WriteError::Write(e) | WriteError::DiscardBuffer(e) => Failure::Port(e.to_string()),
-            WriteError::BufferTooSmall(_) => Failure::Corrupt("instruction longer than the buffer".into()),
+            WriteError::Write(e) | WriteError::DiscardBuffer(e) => TransferFailure::Port(e.to_string()),
+            WriteError::BufferTooSmall(_) => {
+                TransferFailure::Corrupt("instruction longer than the buffer".into())
+            }
         })
     }
 
@@ -158,40 +160,42 @@ impl Wire {
     }
 
     /// Waits for the next answer, of `length` parameters.
-    pub fn receive(&mut self, length: usize, deadline: Instant) -> Result<Answer<'_>, Failure> {
+    pub fn receive(&mut self, length: usize, deadline: Instant) -> Result<StatusReply<'_>, TransferFailure> {
         let failure = match self.read_answer(deadline) {
             Ok((id, alert)) if self.answer.len() == length => {
                 self.counts.answers += 1;
-                return Ok(Answer { id, alert, parameters: &self.answer });
+                return Ok(StatusReply { id, alert, parameters: &self.answer });
             }
-            Ok(_) => Failure::Corrupt(format!("{} bytes instead of {length}", self.answer.len())),
+            Ok(_) => TransferFailure::Corrupt(format!("{} bytes instead of {length}", self.answer.len())),
             Err(failure) => failure,
         };
         match failure {
-            Failure::Timeout => self.counts.timeouts += 1,
-            Failure::Corrupt(_) => self.counts.corrupt += 1,
-            Failure::Refused(_) => self.counts.refused += 1,
-            Failure::Port(_) => {}
+            TransferFailure::Timeout => self.counts.timeouts += 1,
+            TransferFailure::Corrupt(_) => self.counts.corrupt += 1,
+            TransferFailure::Refused(_) => self.counts.refused += 1,
+            TransferFailure::Port(_) => {}
         }
         Err(failure)
     }
 
     /// Id and alert of the next answer; its parameters are left in `answer`.
-    fn read_answer(&mut self, deadline: Instant) -> Result<(u8, bool), Failure> {
+    fn read_answer(&mut self, deadline: Instant) -> Result<(u8, bool), TransferFailure> {
         let (id, body) = loop {
             match self.decoder.next_packet() {
-                Some(Decoded::Packet { id, body, .. }) => break (id, body),
-                Some(Decoded::BadChecksum { .. }) => return Err(Failure::Corrupt("wrong checksum".into())),
+                Some(DecodedPacket::Packet { id, body, .. }) => break (id, body),
+                Some(DecodedPacket::BadChecksum { .. }) => {
+                    return Err(TransferFailure::Corrupt("wrong checksum".into()));
+                }
                 None => {
                     self.read_bytes(deadline)?;
                 }
             }
         };
         let [STATUS, error, parameters @ ..] = &body[..] else {
-            return Err(Failure::Corrupt("no answer but another packet".into()));
+            return Err(TransferFailure::Corrupt("no answer but another packet".into()));
         };
         if error & !ALERT != 0 {
-            return Err(Failure::Refused(error & !ALERT));
+            return Err(TransferFailure::Refused(error & !ALERT));
         }
         self.answer.clear();
         self.answer.extend_from_slice(parameters);
@@ -199,31 +203,31 @@ impl Wire {
     }
 
     /// Waits for more bytes; returns how many came.
-    fn read_bytes(&mut self, deadline: Instant) -> Result<usize, Failure> {
+    fn read_bytes(&mut self, deadline: Instant) -> Result<usize, TransferFailure> {
         let left = deadline.saturating_duration_since(Instant::now());
         if left.is_zero() {
-            return Err(Failure::Timeout);
+            return Err(TransferFailure::Timeout);
         }
         let mut bytes = [0; 256];
         let read = self.port.set_read_timeout(left).and_then(|()| self.port.read(&mut bytes));
         match read {
-            Ok(0) => Err(Failure::Port("end of the stream".into())),
+            Ok(0) => Err(TransferFailure::Port("end of the stream".into())),
             Ok(n) => {
                 self.decoder.push(&bytes[..n]);
                 Ok(n)
             }
-            Err(e) if e.kind() == ErrorKind::TimedOut => Err(Failure::Timeout),
+            Err(e) if e.kind() == ErrorKind::TimedOut => Err(TransferFailure::Timeout),
             Err(e) if e.kind() == ErrorKind::Interrupted => Ok(0),
-            Err(e) => Err(Failure::Port(e.to_string())),
+            Err(e) => Err(TransferFailure::Port(e.to_string())),
         }
     }
 
     /// After a failed transfer, waits until the line has been silent for a while and forgets what came: an answer
     /// that is late must not be taken for that of the next question. So it does after the one that then succeeds: it may
     /// have had the answer to the question before it, and its own is still to come.
-    pub fn settle_after<T>(&mut self, done: &Result<T, Failure>) {
+    pub fn settle_after<T>(&mut self, done: &Result<T, TransferFailure>) {
         match done {
-            Err(Failure::Timeout | Failure::Corrupt(_)) => {
+            Err(TransferFailure::Timeout | TransferFailure::Corrupt(_)) => {
                 self.owed_since.get_or_insert_with(Instant::now);
                 self.settle();
             }
@@ -256,15 +260,15 @@ impl Wire {
         instruction: u8,
         parameters: &[u8],
         length: usize,
-    ) -> Result<Answer<'_>, Failure> {
+    ) -> Result<StatusReply<'_>, TransferFailure> {
         self.send(id, instruction, parameters)?;
         let deadline = self.deadline(INSTRUCTION_BYTES + parameters.len(), STATUS_BYTES + length);
-        let Answer { id: who, alert, .. } = self.receive(length, deadline)?;
+        let StatusReply { id: who, alert, .. } = self.receive(length, deadline)?;
         if who != id {
             self.counts.corrupt += 1;
-            return Err(Failure::Corrupt(format!("answer of servo {who}")));
+            return Err(TransferFailure::Corrupt(format!("answer of servo {who}")));
         }
-        Ok(Answer { id, alert, parameters: &self.answer })
+        Ok(StatusReply { id, alert, parameters: &self.answer })
     }
 
     /// Asks one servo and counts all that answer, until the line is silent; nobody answers after `patience` beyond the
@@ -275,7 +279,7 @@ impl Wire {
         instruction: u8,
         parameters: &[u8],
         (length, patience): (usize, Duration),
-    ) -> Result<Census, Failure> {
+    ) -> Result<Census, TransferFailure> {
         self.send(id, instruction, parameters)?;
         let usual = self.deadline(INSTRUCTION_BYTES + parameters.len(), STATUS_BYTES + length);
         let mut deadline = usual + patience;
@@ -283,10 +287,10 @@ impl Wire {
         loop {
             while let Some(found) = self.decoder.next_packet() {
                 match found {
-                    Decoded::Packet { id: who, body, .. } if who == id && body.len() == length + 2 => {
+                    DecodedPacket::Packet { id: who, body, .. } if who == id && body.len() == length + 2 => {
                         census.whole += 1;
                     }
-                    Decoded::Packet { .. } | Decoded::BadChecksum { .. } => census.damaged += 1,
+                    DecodedPacket::Packet { .. } | DecodedPacket::BadChecksum { .. } => census.damaged += 1,
                 }
             }
             match self.read_bytes(deadline) {
@@ -294,7 +298,7 @@ impl Wire {
                     n_bytes += n;
                     deadline = Instant::now() + self.wire_time(STATUS_BYTES + length) + NO_SECOND;
                 }
-                Err(Failure::Timeout) => break,
+                Err(TransferFailure::Timeout) => break,
                 Err(failure) => return Err(failure),
             }
         }

@@ -7,15 +7,15 @@
 
 /// A place in the control table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Register {
+pub struct ControlRegister {
     /// First address.
     pub address: u16,
     /// Bytes.
     pub size: u8,
 }
 
-const fn at(address: u16, size: u8) -> Register {
-    Register { address, size }
+const fn at(address: u16, size: u8) -> ControlRegister {
+    ControlRegister { address, size }
 }
 
 /// Ticks of a full turn. (The CoReAct paper counts ±4096 as ±180°, which this servo cannot do.)
@@ -37,71 +37,71 @@ pub const WATCHDOG_UNIT: f64 = 20e-3;
 /// Bauds by the number in the register.
 pub const BAUDS: [u32; 8] = [9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
 
-pub const MODEL_NUMBER: Register = at(0, 2);
-pub const MODEL_INFORMATION: Register = at(2, 4);
-pub const FIRMWARE: Register = at(6, 1);
-pub const ID: Register = at(7, 1);
-pub const BAUD: Register = at(8, 1);
-pub const RETURN_DELAY: Register = at(9, 1);
-pub const DRIVE_MODE: Register = at(10, 1);
-pub const OPERATING_MODE: Register = at(11, 1);
-pub const SECONDARY_ID: Register = at(12, 1);
-pub const PROTOCOL: Register = at(13, 1);
-pub const HOMING_OFFSET: Register = at(20, 4);
-pub const MOVING_THRESHOLD: Register = at(24, 4);
-pub const TEMPERATURE_LIMIT: Register = at(31, 1);
-pub const MAX_VOLTAGE: Register = at(32, 2);
-pub const MIN_VOLTAGE: Register = at(34, 2);
-pub const PWM_LIMIT: Register = at(36, 2);
+pub const MODEL_NUMBER: ControlRegister = at(0, 2);
+pub const MODEL_INFORMATION: ControlRegister = at(2, 4);
+pub const FIRMWARE: ControlRegister = at(6, 1);
+pub const ID: ControlRegister = at(7, 1);
+pub const BAUD: ControlRegister = at(8, 1);
+pub const RETURN_DELAY: ControlRegister = at(9, 1);
+pub const DRIVE_MODE: ControlRegister = at(10, 1);
+pub const OPERATING_MODE: ControlRegister = at(11, 1);
+pub const SECONDARY_ID: ControlRegister = at(12, 1);
+pub const PROTOCOL: ControlRegister = at(13, 1);
+pub const HOMING_OFFSET: ControlRegister = at(20, 4);
+pub const MOVING_THRESHOLD: ControlRegister = at(24, 4);
+pub const TEMPERATURE_LIMIT: ControlRegister = at(31, 1);
+pub const MAX_VOLTAGE: ControlRegister = at(32, 2);
+pub const MIN_VOLTAGE: ControlRegister = at(34, 2);
+pub const PWM_LIMIT: ControlRegister = at(36, 2);
 /// Not of the XL430, which measures no current.
-pub const CURRENT_LIMIT: Register = at(38, 2);
-pub const VELOCITY_LIMIT: Register = at(44, 4);
-pub const MAX_POSITION: Register = at(48, 4);
-pub const MIN_POSITION: Register = at(52, 4);
-pub const STARTUP: Register = at(60, 1);
+pub const CURRENT_LIMIT: ControlRegister = at(38, 2);
+pub const VELOCITY_LIMIT: ControlRegister = at(44, 4);
+pub const MAX_POSITION: ControlRegister = at(48, 4);
+pub const MIN_POSITION: ControlRegister = at(52, 4);
+pub const STARTUP: ControlRegister = at(60, 1);
 /// Of the XL330 alone.
-pub const PWM_SLOPE: Register = at(62, 1);
-pub const SHUTDOWN: Register = at(63, 1);
-pub const TORQUE_ENABLE: Register = at(64, 1);
-pub const LED: Register = at(65, 1);
-pub const STATUS_RETURN: Register = at(68, 1);
-pub const REGISTERED: Register = at(69, 1);
-pub const HARDWARE_ERROR: Register = at(70, 1);
-pub const VELOCITY_I_GAIN: Register = at(76, 2);
-pub const VELOCITY_P_GAIN: Register = at(78, 2);
-pub const POSITION_D_GAIN: Register = at(80, 2);
-pub const POSITION_I_GAIN: Register = at(82, 2);
-pub const POSITION_P_GAIN: Register = at(84, 2);
-pub const FEEDFORWARD_2ND_GAIN: Register = at(88, 2);
-pub const FEEDFORWARD_1ST_GAIN: Register = at(90, 2);
-pub const BUS_WATCHDOG: Register = at(98, 1);
-pub const GOAL_PWM: Register = at(100, 2);
+pub const PWM_SLOPE: ControlRegister = at(62, 1);
+pub const SHUTDOWN: ControlRegister = at(63, 1);
+pub const TORQUE_ENABLE: ControlRegister = at(64, 1);
+pub const LED: ControlRegister = at(65, 1);
+pub const STATUS_RETURN: ControlRegister = at(68, 1);
+pub const REGISTERED: ControlRegister = at(69, 1);
+pub const HARDWARE_ERROR: ControlRegister = at(70, 1);
+pub const VELOCITY_I_GAIN: ControlRegister = at(76, 2);
+pub const VELOCITY_P_GAIN: ControlRegister = at(78, 2);
+pub const POSITION_D_GAIN: ControlRegister = at(80, 2);
+pub const POSITION_I_GAIN: ControlRegister = at(82, 2);
+pub const POSITION_P_GAIN: ControlRegister = at(84, 2);
+pub const FEEDFORWARD_2ND_GAIN: ControlRegister = at(88, 2);
+pub const FEEDFORWARD_1ST_GAIN: ControlRegister = at(90, 2);
+pub const BUS_WATCHDOG: ControlRegister = at(98, 1);
+pub const GOAL_PWM: ControlRegister = at(100, 2);
 /// Not of the XL430.
-pub const GOAL_CURRENT: Register = at(102, 2);
-pub const GOAL_VELOCITY: Register = at(104, 4);
-pub const PROFILE_ACCELERATION: Register = at(108, 4);
-pub const PROFILE_VELOCITY: Register = at(112, 4);
-pub const GOAL_POSITION: Register = at(116, 4);
-pub const REALTIME_TICK: Register = at(120, 2);
-pub const MOVING: Register = at(122, 1);
-pub const MOVING_STATUS: Register = at(123, 1);
-pub const PRESENT_PWM: Register = at(124, 2);
-pub const PRESENT_LOAD: Register = at(126, 2);
-pub const PRESENT_VELOCITY: Register = at(128, 4);
-pub const PRESENT_POSITION: Register = at(132, 4);
-pub const VELOCITY_TRAJECTORY: Register = at(136, 4);
-pub const POSITION_TRAJECTORY: Register = at(140, 4);
-pub const PRESENT_VOLTAGE: Register = at(144, 2);
-pub const PRESENT_TEMPERATURE: Register = at(146, 1);
-pub const BACKUP_READY: Register = at(147, 1);
+pub const GOAL_CURRENT: ControlRegister = at(102, 2);
+pub const GOAL_VELOCITY: ControlRegister = at(104, 4);
+pub const PROFILE_ACCELERATION: ControlRegister = at(108, 4);
+pub const PROFILE_VELOCITY: ControlRegister = at(112, 4);
+pub const GOAL_POSITION: ControlRegister = at(116, 4);
+pub const REALTIME_TICK: ControlRegister = at(120, 2);
+pub const MOVING: ControlRegister = at(122, 1);
+pub const MOVING_STATUS: ControlRegister = at(123, 1);
+pub const PRESENT_PWM: ControlRegister = at(124, 2);
+pub const PRESENT_LOAD: ControlRegister = at(126, 2);
+pub const PRESENT_VELOCITY: ControlRegister = at(128, 4);
+pub const PRESENT_POSITION: ControlRegister = at(132, 4);
+pub const VELOCITY_TRAJECTORY: ControlRegister = at(136, 4);
+pub const POSITION_TRAJECTORY: ControlRegister = at(140, 4);
+pub const PRESENT_VOLTAGE: ControlRegister = at(144, 2);
+pub const PRESENT_TEMPERATURE: ControlRegister = at(146, 1);
+pub const BACKUP_READY: ControlRegister = at(147, 1);
 /// First of 28 indirect addresses of two bytes each.
-pub const INDIRECT_ADDRESS: Register = at(168, 56);
+pub const INDIRECT_ADDRESS: ControlRegister = at(168, 56);
 /// The bytes that the 28 indirect addresses point to.
-pub const INDIRECT_DATA: Register = at(224, 28);
+pub const INDIRECT_DATA: ControlRegister = at(224, 28);
 /// First of 28 further indirect addresses.
-pub const INDIRECT_ADDRESS_2: Register = at(578, 56);
+pub const INDIRECT_ADDRESS_2: ControlRegister = at(578, 56);
 /// The bytes that these point to.
-pub const INDIRECT_DATA_2: Register = at(634, 28);
+pub const INDIRECT_DATA_2: ControlRegister = at(634, 28);
 
 /// Bits of [`HARDWARE_ERROR`] and [`SHUTDOWN`].
 pub mod error_bit {

@@ -1,9 +1,9 @@
 //! The calibration file: written by `hysteron rig calibrate`, read by everything that moves.
 
-use super::{Calibration, ChannelMap};
+use super::{ChannelMap, RigCalibration};
 use crate::Result;
 use crate::bus::registers::StoredRegisters;
-use crate::config::{Direction, PULLEY_RADIUS_MM, RigConfig};
+use crate::config::{PULLEY_RADIUS_MM, RigConfig, WindingDirection};
 use crate::tracker::Registration;
 use hysteron_base::schema::{FixedArray, check_header, require, text, vector};
 use hysteron_base::{BadInput, file};
@@ -44,7 +44,7 @@ struct ChannelFile {
     model: u16,
     ticks_per_turn: i64,
     pulley_radius_mm: f64,
-    winds: Direction,
+    winds: WindingDirection,
     zero_ticks: i64,
     slack_end_mm: f64,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -59,7 +59,7 @@ struct RegistrationFile {
     residual_deg: f64,
 }
 
-impl Calibration {
+impl RigCalibration {
     /// Reads a calibration.
     ///
     /// # Errors

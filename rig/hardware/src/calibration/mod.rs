@@ -2,7 +2,7 @@
 //!
 //! CoReAct paper, section III: an affine map per channel. Its slope is the pulley (2 pi r per turn, with the direction
 //! that winds); its zero is where the tendon carries its pretension at rest. A servo counts its turns only while it
-//! has power, so a calibration knows the zero within its turn, and [`Calibration::unwrapped`] finds the turn again.
+//! has power, so a calibration knows the zero within its turn, and [`RigCalibration::unwrapped`] finds the turn again.
 
 mod file;
 mod procedure;
@@ -10,7 +10,7 @@ mod procedure;
 use crate::bus::model::XL430_W250;
 use crate::bus::registers::StoredRegisters;
 use crate::bus::{RegisterBaseline, ServoReport, differences, xl430};
-use crate::config::{Direction, RigConfig};
+use crate::config::{RigConfig, WindingDirection};
 use crate::tracker::Registration;
 use crate::{Error, Result};
 pub use procedure::calibrate;
@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 
 /// Result of a calibration.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Calibration {
+pub struct RigCalibration {
     /// When, as RFC 3339 in UTC.
     pub date: String,
     /// Name of the rig.
@@ -46,7 +46,7 @@ pub struct ChannelMap {
     /// Radius at which the tendon lies on its pulley [m].
     pub pulley_radius: f64,
     /// Which way it winds.
-    pub winds: Direction,
+    pub winds: WindingDirection,
     /// Where the stroke is zero [ticks].
     pub zero: i32,
     /// Stroke at which the tendon goes slack [m]; below zero where there is pretension.
@@ -70,7 +70,7 @@ impl ChannelMap {
     }
 }
 
-impl Calibration {
+impl RigCalibration {
     /// Refuses servos and tendons that are not those that were calibrated.
     ///
     /// # Errors
@@ -148,7 +148,7 @@ impl Calibration {
 }
 
 /// A calibration that nobody measured: zero where the servos stand. For the search of the true one.
-pub(crate) fn provisional(rig: &RigConfig, positions: &[i32]) -> Calibration {
+pub(crate) fn provisional(rig: &RigConfig, positions: &[i32]) -> RigCalibration {
     let channels = rig.tendons.iter().zip(positions).map(|(tendon, position)| ChannelMap {
         servo_id: tendon.servo_id,
         model: XL430_W250.number,
@@ -158,7 +158,7 @@ pub(crate) fn provisional(rig: &RigConfig, positions: &[i32]) -> Calibration {
         zero: *position,
         slack_end: 0.0,
     });
-    Calibration {
+    RigCalibration {
         date: String::new(),
         rig: rig.name.clone(),
         channels: channels.collect(),

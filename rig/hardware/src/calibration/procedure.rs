@@ -6,10 +6,10 @@
 //! friction shifts every tendon alike. Then each tendon pulls the tip a little, and the directions in which the tip
 //! goes turn the tracker's frame into the robot's.
 
-use super::{Calibration, provisional};
+use super::{RigCalibration, provisional};
 use crate::config::RigConfig;
-use crate::session::{Session, Stop};
-use crate::tracker::{Motion, Registration};
+use crate::session::{RigSession, Stop};
+use crate::tracker::{PulledMotion, Registration};
 use crate::{Error, Hardware, Quality, Result};
 use hysteron_base::BadInput;
 
@@ -43,7 +43,7 @@ pub fn calibrate(
     date: String,
     asked: &dyn Fn() -> bool,
     say: &mut dyn FnMut(&str),
-) -> Result<Calibration> {
+) -> Result<RigCalibration> {
     let servos = hardware.prepare()?;
     let positions: Vec<i32> = servos.iter().map(|servo| servo.position).collect();
     let mut found = provisional(rig, &positions);
@@ -58,8 +58,8 @@ pub fn calibrate(
     let mut wide = rig.clone();
     wide.limits.stroke_min = -2.0 * rig.calibration.search_max;
     wide.limits.stroke_max = 2.0 * rig.calibration.search_max;
-    let session = Session::start(hardware, &wide, &found, RATE)?;
-    let mut search = Search { session, rig, asked, at: vec![0.0; positions.len()] };
+    let session = RigSession::start(hardware, &wide, &found, RATE)?;
+    let mut search = CalibrationRun { session, rig, asked, at: vec![0.0; positions.len()] };
     let done = search.run(&mut found, say);
     done.map_err(|stop| match stop {
         Stop::Failed(error) => error,
@@ -72,16 +72,16 @@ pub fn calibrate(
 type Moved<T> = std::result::Result<T, Stop>;
 
 /// A calibration under way.
-struct Search<'a> {
-    session: Session<'a>,
+struct CalibrationRun<'a> {
+    session: RigSession<'a>,
     rig: &'a RigConfig,
     asked: &'a dyn Fn() -> bool,
     /// Strokes commanded, from where the servos stood at first (n) [m].
     at: Vec<f64>,
 }
 
-impl Search<'_> {
-    fn run(&mut self, found: &mut Calibration, say: &mut dyn FnMut(&str)) -> Moved<()> {
+impl CalibrationRun<'_> {
+    fn run(&mut self, found: &mut RigCalibration, say: &mut dyn FnMut(&str)) -> Moved<()> {
         let n = self.at.len();
         let mut corners = vec![(0.0, 0.0); n];
         for pass in ["slack", "zero"] {
@@ -213,7 +213,7 @@ impl Search<'_> {
             rest = back;
         }
         check_motion(&moved, self.rig.calibration.probe)?;
-        let motions = Motion::of_tendons(&moved, &angles);
+        let motions = PulledMotion::of_tendons(&moved, &angles);
         let tip_rest = self.rig.tracker.as_ref().map_or([0.0; 3], |tracker| tracker.tip_rest);
         let found = Registration::from_motions(&motions, first_rest, tip_rest).map_err(Error::from)?;
         say(&format!("tracker registered, {:.2} deg left", found.1.to_degrees()));

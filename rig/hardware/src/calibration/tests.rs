@@ -6,7 +6,7 @@ fn rig() -> RigConfig {
     RigConfig::from_toml(crate::config::RIG_FILE, Path::new("")).unwrap()
 }
 
-fn example() -> Calibration {
+fn example() -> RigCalibration {
     let mut calibration = provisional(&rig(), &[100, -200, 3000, 4095]);
     calibration.date = "2026-11-21T10:00:00Z".into();
     calibration.registration = Some(Registration::new([0.6, 0.8, 0.0, 0.0], [0.1, -0.2, 0.3]).unwrap());
@@ -36,7 +36,7 @@ fn a_turn_winds_the_pulley_s_circumference() {
     let channel = example().channels[0];
     let turn = channel.stroke(channel.zero + 4096) - channel.stroke(channel.zero);
     assert!((turn - TAU * 0.01).abs() < 1e-15);
-    let reversed = ChannelMap { winds: Direction::Negative, ..channel };
+    let reversed = ChannelMap { winds: WindingDirection::Negative, ..channel };
     assert_eq!(reversed.stroke(channel.zero + 10), -channel.stroke(channel.zero + 10));
 }
 
@@ -64,13 +64,13 @@ fn a_lost_turn_is_found_again() {
 #[test]
 fn a_file_gives_back_what_was_written() {
     let calibration = example();
-    let read = Calibration::from_toml(&calibration.to_toml()).unwrap();
+    let read = RigCalibration::from_toml(&calibration.to_toml()).unwrap();
     assert_eq!(read.channels, calibration.channels);
     assert_eq!(read.date, calibration.date);
     assert_eq!(read.registers, calibration.registers);
     let mut again = read.clone();
     for _ in 0..5 {
-        again = Calibration::from_toml(&again.to_toml()).unwrap();
+        again = RigCalibration::from_toml(&again.to_toml()).unwrap();
         assert_eq!(again.hash(), calibration.hash());
     }
     again.channels[2].zero += 1;
@@ -93,7 +93,7 @@ fn every_bound_rejects() {
         ("residual_deg = ", "residual_deg = -", "registration.residual_deg"),
     ] {
         assert!(text.contains(from), "{from} in {text}");
-        let bad = Calibration::from_toml(&text.replacen(from, to, 1)).unwrap_err();
+        let bad = RigCalibration::from_toml(&text.replacen(from, to, 1)).unwrap_err();
         assert!(bad.place.ends_with(place), "{bad}");
     }
 }
@@ -122,7 +122,7 @@ fn a_calibration_without_registers_reads_and_keeps_its_hash() {
     let mut old = example();
     old.registers.clear();
     assert!(!old.to_toml().contains("registers"));
-    let read = Calibration::from_toml(&old.to_toml()).unwrap();
+    let read = RigCalibration::from_toml(&old.to_toml()).unwrap();
     assert!(read.registers.is_empty() && read.hash() == old.hash() && read.hash() != example().hash());
     assert_eq!(read.register_baseline(), RegisterBaseline::Factory);
     old.check(&rig(), &reports()).unwrap();
@@ -137,12 +137,12 @@ fn registers_that_cannot_be_are_refused_by_key() {
         ("pwm_limit = 885", "pwm_limit = -1", "channel[1].registers.pwm_limit", "-1"),
     ] {
         assert!(text.contains(from), "{from} in {text}");
-        let bad = Calibration::from_toml(&text.replacen(from, to, 1)).unwrap_err();
+        let bad = RigCalibration::from_toml(&text.replacen(from, to, 1)).unwrap_err();
         assert!(bad.place.ends_with(place) && bad.found == found, "{bad}");
     }
     let mut some = example();
     some.registers.truncate(1);
-    let bad = Calibration::from_toml(&some.to_toml()).unwrap_err();
+    let bad = RigCalibration::from_toml(&some.to_toml()).unwrap_err();
     assert!(bad.place.ends_with("channel[2].registers"), "{bad}");
 }
 
@@ -163,7 +163,7 @@ fn numbers_that_no_rig_has_and_the_calibration_of_another_rig_are_refused_on_rea
     let path = folder.path().join("calibration.toml");
     let refused = |text: &str| {
         std::fs::write(&path, text).unwrap();
-        let error = Calibration::read(&path, &rig()).unwrap_err();
+        let error = RigCalibration::read(&path, &rig()).unwrap_err();
         error.bad_input().unwrap().to_string()
     };
     let text = example().to_toml();

@@ -69,9 +69,9 @@ pub struct RigConfig {
     /// The tracker, if there is one.
     pub tracker: Option<TrackerConfig>,
     /// Safety limits.
-    pub limits: Limits,
+    pub limits: SafetyLimits,
     /// How it moves before and after a run.
-    pub motion: Motion,
+    pub motion: RigMotion,
     /// How it is calibrated.
     pub calibration: CalibrationConfig,
 }
@@ -108,14 +108,14 @@ pub enum ServoMode {
 /// Which way a servo turns to wind its tendon up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Direction {
+pub enum WindingDirection {
     /// Towards larger ticks.
     Positive,
     /// Towards smaller ticks.
     Negative,
 }
 
-impl Direction {
+impl WindingDirection {
     /// 1 or -1.
     pub fn sign(self) -> f64 {
         match self {
@@ -131,7 +131,7 @@ pub struct TendonConfig {
     /// Id of the servo on the bus.
     pub servo_id: u8,
     /// Which way it winds.
-    pub winds: Direction,
+    pub winds: WindingDirection,
     /// Radius at which the tendon lies on its pulley [m].
     pub pulley_radius: f64,
     /// Where the tendon runs in the body, from x towards y of the robot's frame [rad].
@@ -168,7 +168,7 @@ pub enum TrackerSource {
 
 /// Safety limits of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits {
+pub struct SafetyLimits {
     /// Smallest stroke [m].
     pub stroke_min: f64,
     /// Largest stroke [m].
@@ -196,7 +196,7 @@ pub struct Limits {
 
 /// How the rig moves before and after a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion {
+pub struct RigMotion {
     /// Speed of strokes on the way to the start and back to rest [m/s].
     pub slew: f64,
     /// Torque at the end of a run, for whatever reason it ends.
@@ -253,7 +253,7 @@ impl RigConfig {
             tendons: tendons(&typed.tendon)?,
             tracker: typed.tracker.as_ref().map(|typed| tracker(typed, folder)).transpose()?,
             limits: limits(&typed.limits)?,
-            motion: Motion {
+            motion: RigMotion {
                 slew: above_zero("motion.slew_mm_s", typed.motion.slew_mm_s, FASTEST_MM_S)?,
                 at_end: typed.motion.at_end,
             },
@@ -365,7 +365,7 @@ pub(crate) fn retries(key: &str, typed: i64) -> Check<u32> {
     fits.ok_or_else(|| BadInput::new(key, "a whole number from 0 to 10", typed.to_string()))
 }
 
-fn servos(typed: &schema::Servos) -> Check<ServoConfig> {
+fn servos(typed: &schema::RigServosTable) -> Check<ServoConfig> {
     Ok(ServoConfig {
         port: PathBuf::from(text("servos.port", typed.port.clone())?),
         baud: baud("servos.baud", typed.baud)?,
@@ -381,7 +381,7 @@ fn servos(typed: &schema::Servos) -> Check<ServoConfig> {
     })
 }
 
-fn tendons(typed: &[schema::Tendon]) -> Check<Vec<TendonConfig>> {
+fn tendons(typed: &[schema::RigTendonTable]) -> Check<Vec<TendonConfig>> {
     if typed.is_empty() {
         return Err(BadInput::new("tendon", "at least one [[tendon]]", "none"));
     }
@@ -408,7 +408,7 @@ fn tendons(typed: &[schema::Tendon]) -> Check<Vec<TendonConfig>> {
     Ok(tendons)
 }
 
-fn tracker(typed: &schema::Tracker, folder: &Path) -> Check<TrackerConfig> {
+fn tracker(typed: &schema::RigTrackerTable, folder: &Path) -> Check<TrackerConfig> {
     Ok(TrackerConfig {
         source: match text("tracker.address", typed.address.clone())?.strip_prefix(REPLAY) {
             Some(path) => TrackerSource::Replay(folder.join(text("tracker.address", path.to_owned())?)),
@@ -448,8 +448,8 @@ fn device(key: &str, typed: &str) -> Check<String> {
     Ok(typed.to_owned())
 }
 
-fn limits(typed: &schema::Limits) -> Check<Limits> {
-    let limits = Limits {
+fn limits(typed: &schema::SafetyLimitsTable) -> Check<SafetyLimits> {
+    let limits = SafetyLimits {
         // Rest, where every run begins and ends, is at zero.
         stroke_min: within("limits.stroke_min_mm", typed.stroke_min_mm, -FURTHEST_MM.0, 0.0)?,
         stroke_max: within("limits.stroke_max_mm", typed.stroke_max_mm, 0.0, FURTHEST_MM.0)?,
@@ -491,7 +491,7 @@ fn limits(typed: &schema::Limits) -> Check<Limits> {
     }
 }
 
-fn calibration(typed: &schema::Calibration) -> Check<CalibrationConfig> {
+fn calibration(typed: &schema::CalibrationTable) -> Check<CalibrationConfig> {
     let percent = |key: &str, typed: f64| require(key, "0 < x < 100", typed, 0.0 < typed && typed < 100.0);
     Ok(CalibrationConfig {
         file: PathBuf::from(text("calibration.file", typed.file.clone())?),

@@ -1,6 +1,6 @@
 //! A rig file exactly as typed: one field per key, units still in the names. Only `config/mod.rs` reads these.
 
-use super::{AtEnd, Direction, ServoMode};
+use super::{AtEnd, ServoMode, WindingDirection};
 use hysteron_base::schema::FixedArray;
 use serde::Deserialize;
 
@@ -10,17 +10,17 @@ pub(super) struct RigFile {
     pub format: String,
     pub version: i64,
     pub name: String,
-    pub servos: Servos,
-    pub tendon: Vec<Tendon>,
-    pub tracker: Option<Tracker>,
-    pub limits: Limits,
-    pub motion: Motion,
-    pub calibration: Calibration,
+    pub servos: RigServosTable,
+    pub tendon: Vec<RigTendonTable>,
+    pub tracker: Option<RigTrackerTable>,
+    pub limits: SafetyLimitsTable,
+    pub motion: RigMotionTable,
+    pub calibration: CalibrationTable,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Servos {
+pub(super) struct RigServosTable {
     pub port: String,
     pub baud: i64,
     pub operating_mode: ServoMode,
@@ -34,16 +34,16 @@ pub(super) struct Servos {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Tendon {
+pub(super) struct RigTendonTable {
     pub servo_id: i64,
-    pub winds: Direction,
+    pub winds: WindingDirection,
     pub pulley_radius_mm: f64,
     pub angle_deg: f64,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Tracker {
+pub(super) struct RigTrackerTable {
     pub address: String,
     pub device: String,
     pub rate_hz: f64,
@@ -55,7 +55,7 @@ pub(super) struct Tracker {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Limits {
+pub(super) struct SafetyLimitsTable {
     pub stroke_min_mm: f64,
     pub stroke_max_mm: f64,
     pub stroke_rate_max_mm_s: f64,
@@ -72,14 +72,14 @@ pub(super) struct Limits {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Motion {
+pub(super) struct RigMotionTable {
     pub slew_mm_s: f64,
     pub at_end: AtEnd,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Calibration {
+pub(super) struct CalibrationTable {
     pub file: String,
     pub slack_load_percent: f64,
     pub pretension_load_percent: f64,

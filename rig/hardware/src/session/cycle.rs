@@ -1,9 +1,9 @@
 //! One cycle: wait for its time, command, read, check.
 
-use super::{End, LOST_AFTER, LOST_MOTION, SLOW_EVERY, Session, Still, Stop, Torque};
+use super::{FrozenPose, LOST_AFTER, LOST_MOTION, RigSession, SLOW_EVERY, Stop, Torque, TorqueAtEnd};
 use crate::{Error, EventKind, Quality, ShutdownAction, Violation};
 
-impl Session<'_> {
+impl RigSession<'_> {
     /// Carries out one cycle that commands these strokes (n) [m], less where a tendon is held back.
     ///
     /// # Errors
@@ -19,7 +19,7 @@ impl Session<'_> {
     pub(super) fn stopped(&mut self, stop: Stop) -> Stop {
         self.log_stop(&stop);
         if stop.forbids_motion() {
-            self.end(End::Off);
+            self.end(TorqueAtEnd::Off);
         }
         stop
     }
@@ -161,11 +161,11 @@ impl Session<'_> {
             if pose.quality != Quality::Good {
                 continue;
             }
-            let is_same = |still: &Still| {
+            let is_same = |still: &FrozenPose| {
                 still.pose.position == pose.position && still.pose.orientation == pose.orientation
             };
             let Some(still) = self.still.as_mut().filter(|still| is_same(still)) else {
-                self.still = Some(Still { pose, strokes: self.measured.clone(), is_told: false });
+                self.still = Some(FrozenPose { pose, strokes: self.measured.clone(), is_told: false });
                 continue;
             };
             let moved = self.measured.iter().zip(&still.strokes).map(|(now, then)| (now - then).abs());

@@ -4,7 +4,7 @@
 //! lost for that; so below the limit a tendon is released and pulled again so that the load stays where it is, until
 //! the command comes back to it. What stays behind by more than a servo may lag is blocked, and ends the run.
 
-use super::Session;
+use super::RigSession;
 use crate::{EventKind, ShutdownAction, Violation};
 
 /// Cycles after which a command shows in the load: it is written, the servo moves, and the load is read.
@@ -18,12 +18,12 @@ const BAND: f64 = 0.03;
 pub(super) struct LoadGuard {
     /// Load that was read last, positive where the tendon pulls [-].
     load: Option<f64>,
-    hold: Option<Hold>,
+    hold: Option<LimitedTendon>,
 }
 
 /// A tendon that is held back.
 #[derive(Debug, Clone)]
-struct Hold {
+struct LimitedTendon {
     /// Largest stroke for now [m].
     ceiling: f64,
     /// Since when [s].
@@ -40,7 +40,7 @@ impl LoadGuard {
     }
 }
 
-impl Session<'_> {
+impl RigSession<'_> {
     /// Turns the strokes asked for (n) [m] into those to carry out, `target`.
     ///
     /// # Errors
@@ -61,7 +61,7 @@ impl Session<'_> {
                     let message =
                         format!("load: near {:.0} %; its tendon is pulled no further", 100.0 * load_limiting);
                     self.note(EventKind::Hold, Some(id), message);
-                    Hold { ceiling: self.commanded[k], begun: now, shortfall: 0.0 }
+                    LimitedTendon { ceiling: self.commanded[k], begun: now, shortfall: 0.0 }
                 }
                 None => continue,
                 Some(hold) => hold,

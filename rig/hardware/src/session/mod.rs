@@ -1,7 +1,7 @@
 //! A session: from torque on to torque off, whatever happens between.
 //!
 //! Every motion is a sequence of cycles at a fixed rate; a cycle commands, reads and checks. A cycle that fails, or
-//! finds a limit passed that forbids to move on, switches the torque off before it returns. A [`Session`] that is
+//! finds a limit passed that forbids to move on, switches the torque off before it returns. A [`RigSession`] that is
 //! dropped, by an error or a panic alike, switches it off too: it is only held, where the rig file says so, after a
 //! run that came to its end. Against the death of this very process there are two further guards: the program's
 //! watchdog process, which switches the torque off in its place, and the servos' own watchdog, which stops them when
@@ -14,16 +14,16 @@ mod record;
 mod stats;
 mod supervisor;
 
-use crate::calibration::Calibration;
+use crate::calibration::RigCalibration;
 use crate::config::{AtEnd, RigConfig, TrackerSource};
 use crate::tracker::Registration;
 use crate::{
     Error, Event, EventKind, Hardware, Pose, Result, ServoSample, ShutdownAction, SlowSample, Violation,
 };
 use hold::LoadGuard;
-pub use record::{Outcome, RecordOptions, Recorder, events_path, free_name, journal_path, recover};
+pub use record::{Outcome, RecordOptions, RigRecorder, events_path, free_name, journal_path, recover};
 pub(crate) use record::{convert, disk, line_of};
-pub use stats::{Heat, Histogram, RunStats, StatsSummary};
+pub use stats::{Histogram, RunStats, StatsSummary, TemperatureHistory};
 pub use supervisor::Supervisor;
 
 /// Cycles without an answer after which a servo counts as lost.
@@ -88,7 +88,7 @@ enum Torque {
 
 /// Torque at the end of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum End {
+enum TorqueAtEnd {
     /// Switched off.
     Off,
     /// As the rig file says: the run came to its end.
@@ -109,7 +109,7 @@ impl From<Error> for Stop {
 
 /// A tip whose pose stays the same to the last bit.
 #[derive(Debug, Clone)]
-struct Still {
+struct FrozenPose {
     pose: Pose,
     /// Strokes measured at first (n) [m].
     strokes: Vec<f64>,
@@ -118,11 +118,11 @@ struct Still {
 }
 
 /// A rig under torque.
-pub struct Session<'a> {
+pub struct RigSession<'a> {
     hardware: &'a mut dyn Hardware,
     rig: &'a RigConfig,
     /// With its zeros in the turns that the servos count now.
-    pub calibration: Calibration,
+    pub calibration: RigCalibration,
     /// Time of a cycle [s].
     period: f64,
     /// When the next cycle begins, on the rig's clock [s].
@@ -148,7 +148,7 @@ pub struct Session<'a> {
     /// Poses of the last cycle, in the robot's frame if there is a registration.
     poses: Vec<Pose>,
     /// Since when the tip has not moved by a bit.
-    still: Option<Still>,
+    still: Option<FrozenPose>,
     /// When the tip was last tracked [s].
     last_tracked: f64,
     events: Vec<Event>,
@@ -160,13 +160,13 @@ pub struct Session<'a> {
     is_going_to_rest: bool,
 }
 
-impl std::fmt::Debug for Session<'_> {
+impl std::fmt::Debug for RigSession<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Session").field("rig", &self.rig.name).finish_non_exhaustive()
     }
 }
 
-impl<'a> Session<'a> {
+impl<'a> RigSession<'a> {
     /// Switches the torque on, where the robot stands.
     ///
     /// # Errors
@@ -174,7 +174,7 @@ impl<'a> Session<'a> {
     pub fn start(
         hardware: &'a mut dyn Hardware,
         rig: &'a RigConfig,
-        calibration: &Calibration,
+        calibration: &RigCalibration,
         rate: f64,
     ) -> Result<Self> {
         let n = hardware.n_servos();
@@ -221,7 +221,7 @@ impl<'a> Session<'a> {
             rig,
         };
         if let Err(error) = session.switch_on() {
-            session.end(End::Off);
+            session.end(TorqueAtEnd::Off);
             return Err(error);
         }
         session.say("torque on");
@@ -273,7 +273,7 @@ impl<'a> Session<'a> {
         self.slew_with(target, settle, asked, &mut |_| {})
     }
 
-    /// As [`Session::slew`], showing every cycle to `watch`.
+    /// As [`RigSession::slew`], showing every cycle to `watch`.
     ///
     /// # Errors
     /// The reason of the stop; the torque is then off.
@@ -286,12 +286,12 @@ impl<'a> Session<'a> {
     ) -> std::result::Result<(), Stop> {
         let done = self.move_to(target, settle, asked, watch);
         if done.is_err() {
-            self.end(End::Off);
+            self.end(TorqueAtEnd::Off);
         }
         done
     }
 
-    /// As [`Session::slew_with`]; after what does not forbid it, the robot may still go back to rest.
+    /// As [`RigSession::slew_with`]; after what does not forbid it, the robot may still go back to rest.
     fn move_to(
         &mut self,
         target: &[f64],
@@ -332,7 +332,7 @@ impl<'a> Session<'a> {
                 stopped.get_or_insert(stop);
             }
         }
-        self.end(if stopped.is_none() { End::AsConfigured } else { End::Off })
+        self.end(if stopped.is_none() { TorqueAtEnd::AsConfigured } else { TorqueAtEnd::Off })
     }
 
     /// Logs what ended a cycle.
@@ -354,11 +354,11 @@ impl<'a> Session<'a> {
     }
 
     /// Deals with the torque, once; false if the servos could not be reached.
-    fn end(&mut self, end: End) -> bool {
+    fn end(&mut self, end: TorqueAtEnd) -> bool {
         if self.torque != Torque::On {
             return self.torque == Torque::Settled;
         }
-        let holds = end == End::AsConfigured && self.rig.motion.at_end == AtEnd::Hold;
+        let holds = end == TorqueAtEnd::AsConfigured && self.rig.motion.at_end == AtEnd::Hold;
         let start = self.hardware.now();
         let outcome = loop {
             let done = if holds { self.hardware.hold() } else { self.hardware.disable_torque() };
@@ -398,7 +398,7 @@ impl<'a> Session<'a> {
 
 /// Rate of the poses that can be recorded [Hz]; none without a tracker whose frame is known. What is repeated is in the
 /// robot's frame already.
-fn tip_rate(rig: &RigConfig, calibration: &Calibration) -> Option<f64> {
+fn tip_rate(rig: &RigConfig, calibration: &RigCalibration) -> Option<f64> {
     let is_known = |source: &TrackerSource| {
         calibration.registration.is_some() || matches!(source, TrackerSource::Replay(_))
     };
@@ -422,8 +422,8 @@ fn check_start(rig: &RigConfig, strokes: &[f64]) -> Result<()> {
     }
 }
 
-impl Drop for Session<'_> {
+impl Drop for RigSession<'_> {
     fn drop(&mut self) {
-        self.end(End::Off);
+        self.end(TorqueAtEnd::Off);
     }
 }

@@ -6,8 +6,8 @@
 //! short ever stands under the final name.
 
 use super::align::Aligner;
-use super::{RunStats, SETTLE, Session, Stop, Supervisor, tip_rate};
-use crate::calibration::Calibration;
+use super::{RigSession, RunStats, SETTLE, Stop, Supervisor, tip_rate};
+use crate::calibration::RigCalibration;
 use crate::config::RigConfig;
 use crate::{Error, Event, Result};
 use hysteron_base::{BadInput, Journal, JournalFile, JournalQueue, JournalWriter, Metadata, Recording, json};
@@ -52,14 +52,14 @@ pub struct Outcome {
     pub n_rows: usize,
     /// See `n_rows`.
     pub n_gaps: usize,
-    /// Whether the torque is as it shall be; if not, the servos could not be reached for [`Session`]'s patience.
+    /// Whether the torque is as it shall be; if not, the servos could not be reached for [`RigSession`]'s patience.
     pub is_torque_settled: bool,
     /// Why not: the state of each servo.
     pub torque_trouble: Option<String>,
 }
 
 /// Channels of a recording of this rig.
-fn names_of(rig: &RigConfig, calibration: &Calibration, options: &RecordOptions) -> Vec<String> {
+fn names_of(rig: &RigConfig, calibration: &RigCalibration, options: &RecordOptions) -> Vec<String> {
     channel_names(rig.tendons.len(), &options.instruments, tip_rate(rig, calibration).is_some())
 }
 
@@ -87,18 +87,18 @@ fn channel_names(n: usize, instruments: &[String], with_tip: bool) -> Vec<String
 /// A recording that has been begun: its journal is on the disk, and nothing has moved yet. Dropped before its first row
 /// it leaves nothing.
 #[derive(Debug)]
-pub struct Recorder {
-    tape: Tape,
+pub struct RigRecorder {
+    tape: JournalTape,
     options: RecordOptions,
     channels: Vec<String>,
 }
 
-impl Recorder {
+impl RigRecorder {
     /// Begins the journal: before the torque goes on, since the disk may stall.
     ///
     /// # Errors
     /// If there is such a journal already or it cannot be written.
-    pub fn begin(rig: &RigConfig, calibration: &Calibration, options: RecordOptions) -> Result<Self> {
+    pub fn begin(rig: &RigConfig, calibration: &RigCalibration, options: RecordOptions) -> Result<Self> {
         let names = names_of(rig, calibration, &options);
         let journal = JournalWriter::create(journal_path(&options.out), &names, &options.meta)?;
         Self::of(journal, rig, calibration, options)
@@ -111,7 +111,7 @@ impl Recorder {
     pub fn begin_in(
         file: Arc<dyn JournalFile>,
         rig: &RigConfig,
-        calibration: &Calibration,
+        calibration: &RigCalibration,
         options: RecordOptions,
     ) -> Result<Self> {
         let names = names_of(rig, calibration, &options);
@@ -122,12 +122,12 @@ impl Recorder {
     fn of(
         journal: JournalWriter,
         rig: &RigConfig,
-        calibration: &Calibration,
+        calibration: &RigCalibration,
         options: RecordOptions,
     ) -> Result<Self> {
         let (n, rate) = (rig.tendons.len(), tip_rate(rig, calibration));
         let channels = names_of(rig, calibration, &options);
-        let tape = Tape {
+        let tape = JournalTape {
             journal: JournalQueue::start(journal).map_err(disk)?,
             aligner: Aligner::new(4 * n + options.instruments.len(), rate, WAIT_MAX),
             n_written: channels.len(),
@@ -165,7 +165,7 @@ impl Recorder {
     pub fn run(
         mut self,
         // Dropped before the tape, which may have to wait for the disk.
-        mut session: Session<'_>,
+        mut session: RigSession<'_>,
         commands: &Recording,
         asked: &dyn Fn() -> bool,
         progress: &mut dyn FnMut(usize),
@@ -178,14 +178,14 @@ impl Recorder {
         }
         let tape = &mut self.tape;
         tape.is_real_time = session.hardware.is_real_time();
-        let clocks = |session: &Session<'_>| (session.hardware.now(), session.hardware.processor_time());
+        let clocks = |session: &RigSession<'_>| (session.hardware.now(), session.hardware.processor_time());
         let before = clocks(&session);
         let mut stopped = follow(&mut session, &strokes, tape, asked, progress).err();
         if let ((start, Some(used_before)), (end, Some(used))) = (before, clocks(&session)) {
             session.stats.processor = Some((used - used_before) / (end - start));
         }
         // The last rows wait for the poses after them.
-        let mut watch = |session: &Session<'_>| tape.aligner.push_poses(&session.poses);
+        let mut watch = |session: &RigSession<'_>| tape.aligner.push_poses(&session.poses);
         let is_torque_settled = session.conclude(&mut stopped, &mut watch);
         let last_events = std::mem::take(&mut session.events);
         let torque_trouble = session.torque_trouble.take();
@@ -230,7 +230,7 @@ impl Recorder {
     }
 }
 
-impl Drop for Recorder {
+impl Drop for RigRecorder {
     fn drop(&mut self) {
         if self.tape.last.is_none() {
             // A run that ended has removed it already.
@@ -248,9 +248,9 @@ pub fn free_name(out: &Path, kind: &str) -> PathBuf {
 
 /// Goes to the first sample and follows them all.
 fn follow(
-    session: &mut Session<'_>,
+    session: &mut RigSession<'_>,
     strokes: &[&[f64]],
-    tape: &mut Tape,
+    tape: &mut JournalTape,
     asked: &dyn Fn() -> bool,
     progress: &mut dyn FnMut(usize),
 ) -> std::result::Result<(), Stop> {
@@ -283,7 +283,7 @@ fn follow(
 
 /// The journal and what is on its way to it.
 #[derive(Debug)]
-struct Tape {
+struct JournalTape {
     journal: JournalQueue,
     aligner: Aligner,
     /// Channels of the journal; without a tracker the pose at a row's end is cut off.
@@ -305,9 +305,9 @@ struct Tape {
     supervisor: Option<Box<dyn Supervisor>>,
 }
 
-impl Tape {
+impl JournalTape {
     /// Takes the last cycle over.
-    fn take(&mut self, session: &mut Session<'_>) -> Result<()> {
+    fn take(&mut self, session: &mut RigSession<'_>) -> Result<()> {
         let time = session.cycle_time;
         if self.last.is_none() {
             self.start = time;
@@ -355,7 +355,7 @@ impl Tape {
     }
 
     /// Asks who follows the rows what he found.
-    fn ask_supervisor(&mut self, session: &mut Session<'_>) -> std::result::Result<(), Stop> {
+    fn ask_supervisor(&mut self, session: &mut RigSession<'_>) -> std::result::Result<(), Stop> {
         let Some(supervisor) = &mut self.supervisor else { return Ok(()) };
         let mut notes = Vec::new();
         let checked = supervisor.check(&mut notes);

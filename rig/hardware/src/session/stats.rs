@@ -73,7 +73,7 @@ impl Histogram {
 
 /// Temperatures over time, in bounded memory: when there are too many, every other one goes.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Heat {
+pub struct TemperatureHistory {
     /// Time [s], then the temperature of every servo [°C].
     rows: Vec<Vec<f64>>,
     /// Readings that are passed over between two that are kept, and those since the last.
@@ -81,7 +81,7 @@ pub struct Heat {
     since: usize,
 }
 
-impl Heat {
+impl TemperatureHistory {
     /// Most readings that are kept.
     const MAX_READINGS: usize = 240;
 
@@ -130,7 +130,7 @@ pub struct RunStats {
     /// Poses that were not trusted.
     pub n_doubtful: u64,
     /// Temperatures of the servos as they were read.
-    pub heat: Heat,
+    pub heat: TemperatureHistory,
     /// Part of one core that the process used, in real time [-].
     pub processor: Option<f64>,
     /// Counts of the bus traffic and its errors.
@@ -183,7 +183,7 @@ impl RunStats {
             wire: 0.0,
             pose_age: Histogram::new(),
             n_doubtful: 0,
-            heat: Heat::default(),
+            heat: TemperatureHistory::default(),
             processor: None,
             counts: BusCounts::default(),
         }
@@ -247,14 +247,15 @@ mod tests {
 
     #[test]
     fn heat_is_kept_over_the_whole_run_in_bounded_memory() {
-        let mut heat = Heat::default();
+        let mut heat = TemperatureHistory::default();
         for i in 0..5000 {
             let warm = SlowSample { voltage: 12.0, temperature: 25.0 + 0.001 * f64::from(i) };
             heat.add(f64::from(i), &[Some(warm), if i == 0 { None } else { Some(warm) }]);
         }
         heat.begin_at(1.0);
         assert!(
-            (Heat::MAX_READINGS / 3..Heat::MAX_READINGS).contains(&heat.rows.len()),
+            (TemperatureHistory::MAX_READINGS / 3..TemperatureHistory::MAX_READINGS)
+                .contains(&heat.rows.len()),
             "{}",
             heat.rows.len()
         );

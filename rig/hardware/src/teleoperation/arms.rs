@@ -7,14 +7,14 @@ use std::time::{Duration, Instant};
 
 /// Two arms on their ports.
 #[derive(Debug)]
-pub struct Arms {
+pub struct ArmPair {
     pub(super) config: ArmsConfig,
     leader: ServoBus,
     follower: ServoBus,
     clock: Instant,
 }
 
-impl Arms {
+impl ArmPair {
     /// Opens both ports. Nothing moves.
     ///
     /// # Errors

@@ -7,8 +7,8 @@ use crate::bus::model::ServoModel;
 use crate::bus::registers::StoredRegisters;
 use crate::bus::xl430::TICKS_PER_TURN;
 use crate::config::{
-    Check, Direction, ID_MAX, ServoConfig, ServoMode, above_zero, baud, bus_watchdog, gain, reply_timeout,
-    retries, within,
+    Check, ID_MAX, ServoConfig, ServoMode, WindingDirection, above_zero, baud, bus_watchdog, gain,
+    reply_timeout, retries, within,
 };
 use hysteron_base::schema::{check_header, count, text};
 use hysteron_base::{BadInput, file};
@@ -78,7 +78,7 @@ pub struct ServoMount {
     /// Position at the joint's zero [ticks].
     pub zero: i32,
     /// Which way its ticks grow.
-    pub turns: Direction,
+    pub turns: WindingDirection,
     /// Registers that do not hold the factory's value on purpose.
     pub registers: StoredRegisters,
 }
@@ -183,7 +183,7 @@ fn port(key: &str, typed: &str, folder: &Path) -> Check<PathBuf> {
     Ok(if typed == "auto" { PathBuf::from(typed) } else { folder.join(typed) })
 }
 
-fn leader(typed: &schema::Leader, folder: &Path) -> Check<ServoConfig> {
+fn leader(typed: &schema::LeaderTable, folder: &Path) -> Check<ServoConfig> {
     Ok(ServoConfig {
         port: port("leader.port", &typed.port, folder)?,
         baud: baud("leader.baud", typed.baud)?,
@@ -195,7 +195,7 @@ fn leader(typed: &schema::Leader, folder: &Path) -> Check<ServoConfig> {
     })
 }
 
-fn follower(typed: &schema::Follower, folder: &Path) -> Check<ServoConfig> {
+fn follower(typed: &schema::FollowerTable, folder: &Path) -> Check<ServoConfig> {
     Ok(ServoConfig {
         port: port("follower.port", &typed.port, folder)?,
         baud: baud("follower.baud", typed.baud)?,
@@ -211,7 +211,7 @@ fn follower(typed: &schema::Follower, folder: &Path) -> Check<ServoConfig> {
     })
 }
 
-fn joints(typed: &[schema::Joint]) -> Check<Vec<JointConfig>> {
+fn joints(typed: &[schema::JointTable]) -> Check<Vec<JointConfig>> {
     if !(1..=MAX_JOINTS).contains(&typed.len()) {
         let expected = format!("1 to {MAX_JOINTS} of [[joint]]");
         return Err(BadInput::new("joint", expected, typed.len().to_string()));
@@ -246,7 +246,7 @@ fn leader_id(joint: &JointConfig) -> u8 {
     joint.leader.id
 }
 
-fn mount(key: &str, typed: &schema::Servo) -> Check<ServoMount> {
+fn mount(key: &str, typed: &schema::TeleoperationServoTable) -> Check<ServoMount> {
     let furthest = f64::from(TICKS_PER_TURN) * 256.0;
     let zero = within(&format!("{key}.zero_ticks"), typed.zero_ticks as f64, -furthest, furthest)?;
     Ok(ServoMount {
@@ -261,7 +261,7 @@ fn mount(key: &str, typed: &schema::Servo) -> Check<ServoMount> {
 /// Smallest aperture of a gripper's jaws per radian of its servo [mm].
 const LEVER_MIN_MM: f64 = 0.1;
 
-fn gripper(typed: &schema::Gripper) -> Check<GripperConfig> {
+fn gripper(typed: &schema::TeleoperationGripperTable) -> Check<GripperConfig> {
     let lever = typed.aperture_mm_per_rad;
     if lever.abs() < LEVER_MIN_MM {
         let expected = format!("jaws that open: at least {LEVER_MIN_MM} mm for a radian, either way");
@@ -273,7 +273,7 @@ fn gripper(typed: &schema::Gripper) -> Check<GripperConfig> {
     })
 }
 
-fn limits(typed: &schema::Limits) -> Check<ArmLimits> {
+fn limits(typed: &schema::ArmLimitsTable) -> Check<ArmLimits> {
     Ok(ArmLimits {
         speed_max: above_zero("limits.speed_max_deg_s", typed.speed_max_deg_s, FASTEST_DEG_S)?,
         lag_max: above_zero("limits.lag_max_deg", typed.lag_max_deg, FURTHEST_DEG)?,

@@ -9,7 +9,7 @@ mod recording;
 mod schema;
 mod session;
 
-pub use arms::Arms;
+pub use arms::ArmPair;
 pub use config::{ArmLimits, ArmsConfig, GripperConfig, JointConfig, ServoMount};
 pub use recording::{Append, ArmsOutcome, ArmsRecording, Estimates, channel_names};
 

@@ -1,9 +1,9 @@
 //! Recording: every cycle that follows the leader becomes a row, with the channels of the data set NAD.
 
-use super::arms::Arms;
+use super::arms::ArmPair;
 use super::config::ArmsConfig;
-use super::session::{Halt, Session};
-use crate::bus::model::Effort;
+use super::session::{StopReason, TeleoperationSession};
+use crate::bus::model::EffortRegister;
 use crate::session::{Histogram, convert, disk, events_path, free_name, journal_path, line_of};
 use crate::{Error, Event, EventKind, Result};
 use hysteron_base::{JournalQueue, JournalWriter, Metadata};
@@ -52,7 +52,7 @@ pub fn channel_names(config: &ArmsConfig) -> Vec<String> {
     for quantity in QUANTITIES {
         for (k, joint) in (1..).zip(&config.joints) {
             let (stem, unit) = match joint.follower.model.effort {
-                Effort::Load if quantity == CURRENT => ("load", "ratio"),
+                EffortRegister::Load if quantity == CURRENT => ("load", "ratio"),
                 _ => quantity,
             };
             names.push(format!("{stem}_{k}_{unit}"));
@@ -133,22 +133,22 @@ impl<'a> ArmsRecording<'a> {
     /// outcome, beside the data.
     pub fn run(
         mut self,
-        arms: &mut Arms,
+        arms: &mut ArmPair,
         seconds: Option<f64>,
         asked: &dyn Fn() -> bool,
         progress: &mut dyn FnMut(f64),
     ) -> Result<ArmsOutcome> {
         let config = arms.config.clone();
-        let mut session = Session::start(arms)?;
+        let mut session = TeleoperationSession::start(arms)?;
         let mut halted = self.follow(&mut session, &config, seconds, asked, progress).err();
         let was_interrupted =
-            matches!(halted, Some(Halt::Asked)) && (seconds.is_some() || self.start.is_none());
-        if !matches!(halted, Some(Halt::Unsafe(_)))
+            matches!(halted, Some(StopReason::Asked)) && (seconds.is_some() || self.start.is_none());
+        if !matches!(halted, Some(StopReason::Unsafe(_)))
             && let Err(halt) = session.go_to_rest()
         {
             // What went wrong first.
             halted = match halted {
-                Some(Halt::Failed(error)) => Some(Halt::Failed(error)),
+                Some(StopReason::Failed(error)) => Some(StopReason::Failed(error)),
                 _ => Some(halt),
             };
         }
@@ -177,29 +177,29 @@ impl<'a> ArmsRecording<'a> {
 
     fn follow(
         &mut self,
-        session: &mut Session<'_>,
+        session: &mut TeleoperationSession<'_>,
         config: &ArmsConfig,
         seconds: Option<f64>,
         asked: &dyn Fn() -> bool,
         progress: &mut dyn FnMut(f64),
-    ) -> std::result::Result<(), Halt> {
+    ) -> std::result::Result<(), StopReason> {
         session.approach(asked)?;
         session.say("following");
         loop {
             session.follow(config.limits.speed_max)?;
-            let passed = self.take(session, config).map_err(Halt::Failed)?;
+            let passed = self.take(session, config).map_err(StopReason::Failed)?;
             progress(passed);
             if seconds.is_some_and(|seconds| passed >= seconds - 0.5 * config.period) {
                 return Ok(());
             }
             if asked() {
-                return Err(Halt::Asked);
+                return Err(StopReason::Asked);
             }
         }
     }
 
     /// Takes the last cycle over; returns its time since the first row [s].
-    fn take(&mut self, session: &mut Session<'_>, config: &ArmsConfig) -> Result<f64> {
+    fn take(&mut self, session: &mut TeleoperationSession<'_>, config: &ArmsConfig) -> Result<f64> {
         let start = *self.start.get_or_insert(session.read_at);
         let time = session.read_at - start;
         let mut add = |value: &dyn Fn(usize) -> Option<f64>| {

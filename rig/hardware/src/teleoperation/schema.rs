@@ -1,6 +1,6 @@
 //! A file of two arms exactly as typed: one field per key, units still in the names. Only `config.rs` reads these.
 
-use crate::config::{Direction, ServoMode};
+use crate::config::{ServoMode, WindingDirection};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -11,17 +11,17 @@ pub(super) struct ArmsFile {
     pub version: i64,
     pub name: String,
     pub rate_hz: f64,
-    pub leader: Leader,
-    pub follower: Follower,
-    pub joint: Vec<Joint>,
-    pub gripper: Option<Gripper>,
-    pub limits: Limits,
-    pub motion: Motion,
+    pub leader: LeaderTable,
+    pub follower: FollowerTable,
+    pub joint: Vec<JointTable>,
+    pub gripper: Option<TeleoperationGripperTable>,
+    pub limits: ArmLimitsTable,
+    pub motion: ArmMotionTable,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Leader {
+pub(super) struct LeaderTable {
     pub port: String,
     pub baud: i64,
     pub reply_timeout_ms: f64,
@@ -30,7 +30,7 @@ pub(super) struct Leader {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Follower {
+pub(super) struct FollowerTable {
     pub port: String,
     pub baud: i64,
     pub operating_mode: ServoMode,
@@ -44,10 +44,10 @@ pub(super) struct Follower {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Joint {
+pub(super) struct JointTable {
     pub name: String,
-    pub leader: Servo,
-    pub follower: Servo,
+    pub leader: TeleoperationServoTable,
+    pub follower: TeleoperationServoTable,
     pub min_deg: f64,
     pub max_deg: f64,
     pub rest_deg: f64,
@@ -55,11 +55,11 @@ pub(super) struct Joint {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Servo {
+pub(super) struct TeleoperationServoTable {
     pub id: i64,
     pub model: String,
     pub zero_ticks: i64,
-    pub turns: Direction,
+    pub turns: WindingDirection,
     /// Registers that do not hold the factory's value on purpose.
     #[serde(default)]
     pub registers: BTreeMap<String, i64>,
@@ -67,14 +67,14 @@ pub(super) struct Servo {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Gripper {
+pub(super) struct TeleoperationGripperTable {
     pub aperture_mm_per_rad: f64,
     pub closed_deg: f64,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Limits {
+pub(super) struct ArmLimitsTable {
     pub speed_max_deg_s: f64,
     pub lag_max_deg: f64,
     pub current_max_a: f64,
@@ -85,6 +85,6 @@ pub(super) struct Limits {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Motion {
+pub(super) struct ArmMotionTable {
     pub approach_deg_s: f64,
 }

@@ -1,6 +1,6 @@
 //! A session: the follower under torque, from its first goal to torque off, whatever happens between.
 
-use super::arms::Arms;
+use super::arms::ArmPair;
 use crate::bus::{ArmServoSample, ServoStatus, xl430};
 use crate::{Error, Event, EventKind, Result};
 
@@ -13,7 +13,7 @@ const RELEASE_PAUSE: f64 = 0.05;
 
 /// Why a motion did not come to its end.
 #[derive(Debug)]
-pub(super) enum Halt {
+pub(super) enum StopReason {
     /// The follower must not be driven any more; its torque is off.
     Unsafe(Error),
     /// The leader is lost, or the disk; the follower is sound.
@@ -22,18 +22,18 @@ pub(super) enum Halt {
     Asked,
 }
 
-impl From<Halt> for Option<Error> {
-    fn from(halt: Halt) -> Self {
+impl From<StopReason> for Option<Error> {
+    fn from(halt: StopReason) -> Self {
         match halt {
-            Halt::Unsafe(error) | Halt::Failed(error) => Some(error),
-            Halt::Asked => None,
+            StopReason::Unsafe(error) | StopReason::Failed(error) => Some(error),
+            StopReason::Asked => None,
         }
     }
 }
 
 /// The follower under torque. Dropped, its torque is off.
-pub(super) struct Session<'a> {
-    pub arms: &'a mut Arms,
+pub(super) struct TeleoperationSession<'a> {
+    pub arms: &'a mut ArmPair,
     /// When the next cycle begins [s].
     next: f64,
     /// Where the leader is (n) [rad].
@@ -54,9 +54,9 @@ pub(super) struct Session<'a> {
     pub events: Vec<Event>,
 }
 
-impl<'a> Session<'a> {
+impl<'a> TeleoperationSession<'a> {
     /// Puts the follower under torque where it stands.
-    pub fn start(arms: &'a mut Arms) -> Result<Self> {
+    pub fn start(arms: &'a mut ArmPair) -> Result<Self> {
         let n = arms.n_joints();
         let mut samples = vec![None; n];
         arms.read_follower(&mut samples)?;
@@ -95,7 +95,7 @@ impl<'a> Session<'a> {
     }
 
     /// Goes to where the leader is, which may move meanwhile.
-    pub fn approach(&mut self, asked: &dyn Fn() -> bool) -> std::result::Result<(), Halt> {
+    pub fn approach(&mut self, asked: &dyn Fn() -> bool) -> std::result::Result<(), StopReason> {
         self.say("going to the leader");
         let near = self.arms.config.limits.speed_max * self.arms.config.period;
         loop {
@@ -105,13 +105,13 @@ impl<'a> Session<'a> {
                 return Ok(());
             }
             if asked() {
-                return Err(Halt::Asked);
+                return Err(StopReason::Asked);
             }
         }
     }
 
     /// One cycle that sends the follower towards the leader, no faster than `speed` [rad/s].
-    pub fn follow(&mut self, speed: f64) -> std::result::Result<(), Halt> {
+    pub fn follow(&mut self, speed: f64) -> std::result::Result<(), StopReason> {
         self.wait();
         let answered = self.arms.read_leader(&mut self.leader);
         let n = self.goals.len();
@@ -120,14 +120,14 @@ impl<'a> Session<'a> {
             let why = answered.err().map_or_else(|| "not all of its servos answer".into(), Error::reason);
             let message = format!("the leader is lost: {why}");
             self.note(EventKind::ServoLost, message.clone());
-            return Err(Halt::Failed(Error::Bus(message)));
+            return Err(StopReason::Failed(Error::Bus(message)));
         }
         let targets = self.limited();
         self.command(&targets, speed)
     }
 
     /// Goes to rest, if nothing forbids that.
-    pub fn go_to_rest(&mut self) -> std::result::Result<(), Halt> {
+    pub fn go_to_rest(&mut self) -> std::result::Result<(), StopReason> {
         self.say("going to rest");
         let rest: Vec<f64> = self.arms.config.joints.iter().map(|joint| joint.rest).collect();
         while self.goals != rest {
@@ -156,7 +156,7 @@ impl<'a> Session<'a> {
     }
 
     /// Moves the goals towards `targets` (n) [rad] by one period, sends them, reads and checks.
-    fn command(&mut self, targets: &[f64], speed: f64) -> std::result::Result<(), Halt> {
+    fn command(&mut self, targets: &[f64], speed: f64) -> std::result::Result<(), StopReason> {
         let most = speed * self.arms.config.period;
         for (goal, target) in self.goals.iter_mut().zip(targets) {
             let step = target - *goal;
@@ -167,7 +167,7 @@ impl<'a> Session<'a> {
         done.and_then(|()| self.check()).map_err(|error| {
             self.note(EventKind::Limit, error.to_string());
             self.release();
-            Halt::Unsafe(error)
+            StopReason::Unsafe(error)
         })
     }
 
@@ -259,7 +259,7 @@ impl<'a> Session<'a> {
     }
 }
 
-impl Drop for Session<'_> {
+impl Drop for TeleoperationSession<'_> {
     fn drop(&mut self) {
         self.release();
     }

@@ -1,9 +1,9 @@
 //! The connection to the tracker: a thread that reads it, and connects again when it is gone.
 
-use super::decoder::{Decoded, Decoder};
+use super::decoder::{DecodedMessage, MessageDecoder};
 use super::message::start_request;
-use super::pose_queue::{Counts, Intake};
-use super::quality::Limits;
+use super::pose_queue::{PoseCounts, PoseQueue};
+use super::quality::PoseLimits;
 use crate::{Error, Event, EventKind, Pose, Result};
 use hysteron_base::BadInput;
 use std::io::{ErrorKind, Read, Write};
@@ -25,7 +25,7 @@ const SILENT: f64 = 10.0;
 
 /// Which tracker, and what is known of it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
+pub struct TrackerSettings {
     /// Host and port; 18944 is the usual port of OpenIGTLink.
     pub address: String,
     /// Name of the tool; the first one that sends a pose if `None`.
@@ -37,10 +37,10 @@ pub struct Settings {
     /// Asks the server for TDATA messages at this interval [s]; many servers send without being asked.
     pub request_interval: Option<f64>,
     /// Limits beyond which a pose is doubtful.
-    pub limits: Limits,
+    pub limits: PoseLimits,
 }
 
-impl Settings {
+impl TrackerSettings {
     /// The first tool at that address, of a tracker that sends its poses at 20 Hz or more, at once and unasked.
     pub fn new(address: impl Into<String>) -> Self {
         Self {
@@ -49,7 +49,7 @@ impl Settings {
             latency: 0.0,
             stale_after: 0.25,
             request_interval: None,
-            limits: Limits::default(),
+            limits: PoseLimits::default(),
         }
     }
 
@@ -79,20 +79,20 @@ impl Settings {
 /// A connection to a tracker that keeps itself up. Dropping it ends its thread.
 #[derive(Debug)]
 pub struct Client {
-    shared: Arc<Shared>,
+    shared: Arc<ClientShared>,
     address: String,
     thread: Option<JoinHandle<()>>,
 }
 
 #[derive(Debug)]
-struct Shared {
-    intake: Mutex<Intake>,
+struct ClientShared {
+    intake: Mutex<PoseQueue>,
     connected: AtomicBool,
     stop: AtomicBool,
 }
 
-impl Shared {
-    fn intake(&self) -> MutexGuard<'_, Intake> {
+impl ClientShared {
+    fn intake(&self) -> MutexGuard<'_, PoseQueue> {
         // Whatever a panic left behind is whole: messages are taken one by one.
         self.intake.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -104,18 +104,23 @@ impl Client {
     /// # Errors
     /// `BadInput` if the address cannot be understood or a number is out of bounds. A tracker that does not answer
     /// is no error but an event.
-    pub fn connect(settings: Settings, start: Instant) -> Result<Self> {
+    pub fn connect(settings: TrackerSettings, start: Instant) -> Result<Self> {
         let addresses = settings.check()?;
-        let Settings { address, device, latency, stale_after, request_interval, limits } = settings;
+        let TrackerSettings { address, device, latency, stale_after, request_interval, limits } = settings;
         let request =
             request_interval.map(|interval| start_request(device.as_deref().unwrap_or(""), interval));
-        let shared = Arc::new(Shared {
-            intake: Mutex::new(Intake::new(device, latency, stale_after, limits)),
+        let shared = Arc::new(ClientShared {
+            intake: Mutex::new(PoseQueue::new(device, latency, stale_after, limits)),
             connected: AtomicBool::new(false),
             stop: AtomicBool::new(false),
         });
-        let link =
-            Link { addresses, request, silent_after: SILENT * stale_after, start, shared: shared.clone() };
+        let link = ClientState {
+            addresses,
+            request,
+            silent_after: SILENT * stale_after,
+            start,
+            shared: shared.clone(),
+        };
         let thread = std::thread::Builder::new()
             .name("tracker".into())
             .spawn(move || link.run())
@@ -140,7 +145,7 @@ impl Client {
     }
 
     /// Counts of the messages so far.
-    pub fn counts(&self) -> Counts {
+    pub fn counts(&self) -> PoseCounts {
         self.shared.intake().counts
     }
 
@@ -177,15 +182,15 @@ impl Drop for Client {
 }
 
 /// State of the client's thread.
-struct Link {
+struct ClientState {
     addresses: Vec<SocketAddr>,
     request: Option<Vec<u8>>,
     silent_after: f64,
     start: Instant,
-    shared: Arc<Shared>,
+    shared: Arc<ClientShared>,
 }
 
-impl Link {
+impl ClientState {
     fn now(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
     }
@@ -244,7 +249,7 @@ impl Link {
     /// Reads until the connection ends; returns whether any message came, and why it ended. It counts as back, if
     /// its loss has been `told`, with the first message.
     fn read(&self, mut stream: TcpStream, told: bool) -> (bool, String) {
-        let mut decoder = Decoder::new();
+        let mut decoder = MessageDecoder::new();
         let mut buffer = [0; 4096];
         let (mut n_messages, mut is_up) = (0_usize, false);
         let mut last_message = self.now();
@@ -256,7 +261,7 @@ impl Link {
             match result {
                 Ok(0) => return (is_up, "the tracker closed the connection".into()),
                 Ok(n) => decoder.decode(&buffer[..n], |decoded| {
-                    if !matches!(decoded, Decoded::Damaged(_)) {
+                    if !matches!(decoded, DecodedMessage::Damaged(_)) {
                         (n_messages, last_message) = (n_messages + 1, now);
                     }
                     intake.take(decoded, now);

@@ -1,7 +1,7 @@
 //! Diagnosis of bytes that are no message: text where there should be bytes, or bytes taken for text.
 
 use super::crc::crc64;
-use super::message::{HEADER, Header};
+use super::message::{HEADER, MessageHeader};
 
 /// Bytes that are looked at.
 const LOOKED_AT: usize = 1024;
@@ -60,7 +60,7 @@ fn has_widened_newlines(bytes: &[u8]) -> bool {
     if narrowed.len() == bytes.len() {
         return false;
     }
-    let Some(Ok(header)) = narrowed.first_chunk::<HEADER>().map(Header::read) else { return false };
+    let Some(Ok(header)) = narrowed.first_chunk::<HEADER>().map(MessageHeader::read) else { return false };
     let end = usize::try_from(header.body).ok().and_then(|body| HEADER.checked_add(body));
     end.and_then(|end| narrowed.get(HEADER..end)).is_some_and(|body| crc64(0, body) == header.crc)
 }

@@ -7,7 +7,7 @@
 
 use super::crc::crc64;
 use super::damage::diagnose;
-use super::message::{HEADER, Header, Message, read_body};
+use super::message::{HEADER, Message, MessageHeader, read_body};
 
 /// Largest body of a known type [bytes]: 900 tools.
 const MAX_BODY: usize = 64 * 1024;
@@ -20,7 +20,7 @@ pub const MAX_BUFFERED: usize = HEADER + MAX_BODY + CHUNK;
 
 /// Item that the decoder found in the stream.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Decoded {
+pub enum DecodedMessage {
     /// A whole message.
     Message(Message),
     /// A message of a type that no one here reads.
@@ -42,23 +42,23 @@ enum Mode {
     /// Anything, until a header comes.
     Search,
     /// The rest of an unknown body.
-    Skip { header: Header, left: u64, crc: u64 },
+    Skip { header: MessageHeader, left: u64, crc: u64 },
 }
 
 /// Decoder of one connection.
 #[derive(Debug, Clone)]
-pub struct Decoder {
+pub struct MessageDecoder {
     buffer: Vec<u8>,
     mode: Mode,
 }
 
-impl Default for Decoder {
+impl Default for MessageDecoder {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Decoder {
+impl MessageDecoder {
     /// A decoder at the beginning of a stream.
     pub fn new() -> Self {
         Self { buffer: Vec::new(), mode: Mode::Message }
@@ -70,7 +70,7 @@ impl Decoder {
     }
 
     /// Takes the next bytes of the stream and hands on what they complete.
-    pub fn decode(&mut self, bytes: &[u8], mut each: impl FnMut(Decoded)) {
+    pub fn decode(&mut self, bytes: &[u8], mut each: impl FnMut(DecodedMessage)) {
         for chunk in bytes.chunks(CHUNK) {
             self.buffer.extend_from_slice(chunk);
             let mut used = 0;
@@ -83,7 +83,7 @@ impl Decoder {
 
     /// Reads one message, header or skipped piece at `begin`; returns how many bytes are done with, or `None` if
     /// more must come first.
-    fn step(&mut self, begin: usize, each: &mut impl FnMut(Decoded)) -> Option<usize> {
+    fn step(&mut self, begin: usize, each: &mut impl FnMut(DecodedMessage)) -> Option<usize> {
         let bytes = &self.buffer[begin..];
         if let Mode::Skip { header, left, crc } = &mut self.mode {
             let n = bytes.len().min(usize::try_from(*left).unwrap_or(usize::MAX));
@@ -92,17 +92,17 @@ impl Decoder {
             if *left > 0 {
                 return (n > 0).then_some(n);
             }
-            let Header { kind, device, crc: expected, .. } = header.clone();
+            let MessageHeader { kind, device, crc: expected, .. } = header.clone();
             let intact = *crc == expected;
             self.mode = Mode::Message;
             each(if intact {
-                Decoded::Skipped { kind, device }
+                DecodedMessage::Skipped { kind, device }
             } else {
-                Decoded::Damaged(format!("{kind} of {device}: the checksum is wrong"))
+                DecodedMessage::Damaged(format!("{kind} of {device}: the checksum is wrong"))
             });
             return Some(n);
         }
-        let header = match Header::read(bytes.first_chunk()?) {
+        let header = match MessageHeader::read(bytes.first_chunk()?) {
             Err(what) => return Some(self.damaged(begin, what, each)),
             Ok(header) => header,
         };
@@ -126,14 +126,14 @@ impl Decoder {
         // What the checksum vouches for is no damage of the stream: the message ends where it says.
         let message = read_body(&header, body);
         self.mode = Mode::Message;
-        each(message.map_or_else(Decoded::Damaged, Decoded::Message));
+        each(message.map_or_else(DecodedMessage::Damaged, DecodedMessage::Message));
         Some(end)
     }
 
     /// Reports damage unless that has been done, and goes on one byte further.
-    fn damaged(&mut self, begin: usize, what: &str, each: &mut impl FnMut(Decoded)) -> usize {
+    fn damaged(&mut self, begin: usize, what: &str, each: &mut impl FnMut(DecodedMessage)) -> usize {
         if self.mode != Mode::Search {
-            each(Decoded::Damaged(diagnose(&self.buffer[begin..], what)));
+            each(DecodedMessage::Damaged(diagnose(&self.buffer[begin..], what)));
         }
         self.mode = Mode::Search;
         1

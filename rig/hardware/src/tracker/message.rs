@@ -29,12 +29,12 @@ pub struct Message {
     /// When its content was true, on the sender's clock [s]; `None` if the sender does not say.
     pub time: Option<f64>,
     /// Content of the message.
-    pub content: Content,
+    pub content: MessageContent,
 }
 
 /// Content of a message, by its type.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Content {
+pub enum MessageContent {
     /// TRANSFORM: the pose of the device.
     Transform(ToolPose),
     /// POSITION, also called QTRANS: the same with a quaternion.
@@ -97,7 +97,7 @@ impl Validity {
 
 /// How to write a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Protocol {
+pub enum MessageFormat {
     /// Versions 1 and 2: no metadata, so invalid poses cannot be told from others.
     Plain,
     /// Version 3: with a status of the transform as metadata, as PlusServer writes it.
@@ -106,7 +106,7 @@ pub enum Protocol {
 
 /// Header of a message: its first 58 bytes.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Header {
+pub(super) struct MessageHeader {
     pub version: u16,
     pub kind: String,
     pub device: String,
@@ -115,7 +115,7 @@ pub(super) struct Header {
     pub crc: u64,
 }
 
-impl Header {
+impl MessageHeader {
     /// Reads a header.
     ///
     /// # Errors
@@ -160,7 +160,7 @@ impl Header {
 ///
 /// # Errors
 /// A description of the damage.
-pub(super) fn read_body(header: &Header, body: &[u8]) -> Result<Message, String> {
+pub(super) fn read_body(header: &MessageHeader, body: &[u8]) -> Result<Message, String> {
     let short = || format!("{} of {} bytes is too short", header.kind, body.len());
     let (content, status) = if header.version == 1 {
         (body, None)
@@ -175,7 +175,7 @@ pub(super) fn read_body(header: &Header, body: &[u8]) -> Result<Message, String>
     };
     let mut fields = Fields::new(content);
     let content = match header.kind.as_str() {
-        "TRANSFORM" => Content::Transform(read_matrix(&mut fields).ok_or_else(short)??),
+        "TRANSFORM" => MessageContent::Transform(read_matrix(&mut fields).ok_or_else(short)??),
         "TDATA" => {
             let mut tools = Vec::with_capacity(content.len() / TOOL);
             while !fields.is_empty() {
@@ -183,7 +183,7 @@ pub(super) fn read_body(header: &Header, body: &[u8]) -> Result<Message, String>
                 fields.u16().ok_or_else(short)?; // type of the tool, reserved
                 tools.push((name, read_matrix(&mut fields).ok_or_else(short)??));
             }
-            Content::Tools(tools)
+            MessageContent::Tools(tools)
         }
         "QTDATA" => {
             let mut tools = Vec::with_capacity(content.len() / QUATERNION_TOOL);
@@ -193,7 +193,7 @@ pub(super) fn read_body(header: &Header, body: &[u8]) -> Result<Message, String>
                 let mut pose = Fields::new(fields.take(28).ok_or_else(short)?);
                 tools.push((name, read_position(&mut pose).ok_or_else(short)??));
             }
-            Content::Tools(tools)
+            MessageContent::Tools(tools)
         }
         "STATUS" => {
             let code = fields.u16().ok_or_else(short)?;
@@ -201,9 +201,9 @@ pub(super) fn read_body(header: &Header, body: &[u8]) -> Result<Message, String>
             let name = fields.name(20).unwrap_or_default();
             let text = String::from_utf8_lossy(fields.rest());
             let text = format!("{name} {}", text.trim_end_matches('\0'));
-            Content::Status { code, text: text.trim().to_owned() }
+            MessageContent::Status { code, text: text.trim().to_owned() }
         }
-        _ => Content::Position(read_position(&mut fields).ok_or_else(short)??),
+        _ => MessageContent::Position(read_position(&mut fields).ok_or_else(short)??),
     };
     if !fields.is_empty() {
         return Err(format!("{} has bytes to spare", header.kind));
@@ -322,28 +322,28 @@ impl Message {
     /// The poses in it.
     fn poses_mut(&mut self) -> impl Iterator<Item = &mut ToolPose> {
         let (one, several): (Option<&mut ToolPose>, &mut [(String, ToolPose)]) = match &mut self.content {
-            Content::Transform(pose) | Content::Position(pose) => (Some(pose), &mut []),
-            Content::Tools(tools) => (None, tools),
-            Content::Status { .. } => (None, &mut []),
+            MessageContent::Transform(pose) | MessageContent::Position(pose) => (Some(pose), &mut []),
+            MessageContent::Tools(tools) => (None, tools),
+            MessageContent::Status { .. } => (None, &mut []),
         };
         one.into_iter().chain(several.iter_mut().map(|(_, pose)| pose))
     }
 
     /// The bytes of the message. Names are cut at 20 bytes; values are rounded to `f32`.
-    pub fn to_bytes(&self, protocol: Protocol) -> Vec<u8> {
+    pub fn to_bytes(&self, protocol: MessageFormat) -> Vec<u8> {
         let mut content = Vec::new();
         let (kind, valid) = match &self.content {
-            Content::Transform(pose) => {
+            MessageContent::Transform(pose) => {
                 put(&mut content, &matrix(pose));
                 ("TRANSFORM", pose.is_valid())
             }
-            Content::Position(pose) => {
+            MessageContent::Position(pose) => {
                 let [w, x, y, z] = pose.orientation;
                 put(&mut content, &pose.position.map(|x| x / Millimetre.to_m()));
                 put(&mut content, &[x, y, z, w]);
                 ("POSITION", pose.is_valid())
             }
-            Content::Tools(tools) => {
+            MessageContent::Tools(tools) => {
                 for (name, pose) in tools {
                     content.extend(padded::<20>(name));
                     content.extend([2, 0]); // a 6-DOF tool; reserved
@@ -351,7 +351,7 @@ impl Message {
                 }
                 ("TDATA", tools.iter().all(|(_, pose)| pose.is_valid()))
             }
-            Content::Status { code, text } => {
+            MessageContent::Status { code, text } => {
                 content.extend(code.to_be_bytes());
                 content.extend([0; 28]); // subcode, name of the error
                 content.extend(text.bytes());
@@ -360,8 +360,8 @@ impl Message {
             }
         };
         match protocol {
-            Protocol::Plain => frame(1, kind, self, &content),
-            Protocol::WithStatus => {
+            MessageFormat::Plain => frame(1, kind, self, &content),
+            MessageFormat::WithStatus => {
                 let (key, value) =
                     (format!("{}TransformStatus", self.device), if valid { "OK" } else { "MISSING" });
                 let mut body = Vec::new();
@@ -385,7 +385,8 @@ impl Message {
 pub fn start_request(device: &str, interval: f64) -> Vec<u8> {
     let mut body = Vec::from(((interval * 1e3).round() as u32).to_be_bytes());
     body.extend([0; 32]); // name of the coordinate system
-    let message = Message { device: device.to_owned(), time: None, content: Content::Tools(Vec::new()) };
+    let message =
+        Message { device: device.to_owned(), time: None, content: MessageContent::Tools(Vec::new()) };
     frame(1, "STT_TDATA", &message, &body)
 }
 

@@ -1,7 +1,7 @@
 //! The tracker: 6-DOF poses over OpenIGTLink, from a cable or a recording, on the host's clock and in the robot's
 //! frame.
 //!
-//! In the order of the data: bytes ([`Decoder`]) become messages ([`Message`]); the [`Client`] picks one tool,
+//! In the order of the data: bytes ([`MessageDecoder`]) become messages ([`Message`]); the [`Client`] picks one tool,
 //! places its poses in time ([`ClockMap`]) and evaluates them ([`Monitor`]); a [`Registration`] turns them into the
 //! robot's frame.
 
@@ -19,12 +19,12 @@ mod repeats;
 mod replay;
 mod survey;
 
-pub use client::{Client, Settings};
+pub use client::{Client, TrackerSettings};
 pub use clock::{ClockMap, GATE, MAX_DRIFT, WINDOW};
-pub use decoder::{Decoded, Decoder, MAX_BUFFERED};
-pub use message::{Content, Message, Protocol, ToolPose, Validity, start_request};
-pub use pose_queue::Counts;
-pub use quality::{Limits, Monitor};
-pub use registration::{Motion, Registration};
+pub use decoder::{DecodedMessage, MAX_BUFFERED, MessageDecoder};
+pub use message::{Message, MessageContent, MessageFormat, ToolPose, Validity, start_request};
+pub use pose_queue::PoseCounts;
+pub use quality::{Monitor, PoseLimits};
+pub use registration::{PulledMotion, Registration};
 pub use replay::Replay;
 pub use survey::TrackerSurvey;

@@ -2,10 +2,10 @@
 //! is counted and reported as events.
 
 use super::clock::ClockMap;
-use super::decoder::Decoded;
-use super::message::{Content, Message, ToolPose, Validity};
-use super::quality::{Limits, Monitor};
-use super::repeats::Repeats;
+use super::decoder::DecodedMessage;
+use super::message::{Message, MessageContent, ToolPose, Validity};
+use super::quality::{Monitor, PoseLimits};
+use super::repeats::RepeatWatch;
 use crate::{Event, EventKind, Pose, Quality};
 use std::collections::VecDeque;
 
@@ -20,7 +20,7 @@ const REST: f64 = 1.0;
 
 /// How many of everything came from the tracker.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct PoseCounts {
     /// Poses handed on, good or not.
     pub poses: u64,
     /// Of these, poses that are not good.
@@ -40,12 +40,12 @@ pub struct Counts {
 
 /// Collects what the tracker sends.
 #[derive(Debug)]
-pub(super) struct Intake {
+pub(super) struct PoseQueue {
     /// The tool that matters; the first that comes if none was named.
     device: Option<String>,
     clock: ClockMap,
     monitor: Monitor,
-    repeats: Repeats,
+    repeats: RepeatWatch,
     /// Poses on their way from there.
     decided: Vec<Pose>,
     stale_after: f64,
@@ -62,7 +62,7 @@ pub(super) struct Intake {
     doubt: Burst,
     pub poses: VecDeque<Pose>,
     pub events: VecDeque<Event>,
-    pub counts: Counts,
+    pub counts: PoseCounts,
 }
 
 /// An event that can come with every message, told at most once per [`REST`].
@@ -93,13 +93,13 @@ impl Burst {
     }
 }
 
-impl Intake {
-    pub fn new(device: Option<String>, latency: f64, stale_after: f64, limits: Limits) -> Self {
+impl PoseQueue {
+    pub fn new(device: Option<String>, latency: f64, stale_after: f64, limits: PoseLimits) -> Self {
         Self {
             device,
             clock: ClockMap::new(latency),
             monitor: Monitor::new(limits),
-            repeats: Repeats::new(HOLD.0.min(HOLD.1 * stale_after)),
+            repeats: RepeatWatch::new(HOLD.0.min(HOLD.1 * stale_after)),
             decided: Vec::new(),
             stale_after,
             last_stamp: None,
@@ -113,7 +113,7 @@ impl Intake {
             doubt: Burst::default(),
             poses: VecDeque::new(),
             events: VecDeque::new(),
-            counts: Counts::default(),
+            counts: PoseCounts::default(),
         }
     }
 
@@ -142,11 +142,11 @@ impl Intake {
     }
 
     /// Takes what arrived at `arrival` [s].
-    pub fn take(&mut self, decoded: Decoded, arrival: f64) {
+    pub fn take(&mut self, decoded: DecodedMessage, arrival: f64) {
         match decoded {
-            Decoded::Message(message) => self.message(message, arrival),
-            Decoded::Skipped { .. } => self.counts.skipped += 1,
-            Decoded::Damaged(what) => {
+            DecodedMessage::Message(message) => self.message(message, arrival),
+            DecodedMessage::Skipped { .. } => self.counts.skipped += 1,
+            DecodedMessage::Damaged(what) => {
                 self.counts.damaged += 1;
                 if let Some(message) = self.damage.note(arrival, what) {
                     self.tell(arrival, EventKind::TrackerCorrupt, message);
@@ -158,12 +158,14 @@ impl Intake {
     fn message(&mut self, message: Message, arrival: f64) {
         let Message { device, time, content } = message;
         match content {
-            Content::Transform(pose) | Content::Position(pose) => self.tool(&device, &pose, time, arrival),
-            Content::Tools(tools) => {
+            MessageContent::Transform(pose) | MessageContent::Position(pose) => {
+                self.tool(&device, &pose, time, arrival)
+            }
+            MessageContent::Tools(tools) => {
                 tools.iter().for_each(|(name, pose)| self.tool(name, pose, time, arrival));
             }
-            Content::Status { code: 1, .. } => {}
-            Content::Status { code, text } => {
+            MessageContent::Status { code: 1, .. } => {}
+            MessageContent::Status { code, text } => {
                 if let Some(message) = self.doubt.note(arrival, format!("{device}: status {code} {text}")) {
                     self.tell(arrival, EventKind::TrackerQuality, message);
                 }

@@ -4,7 +4,7 @@ use crate::{Pose, Quality};
 
 /// Limits that a working sensor on this robot does not exceed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits {
+pub struct PoseLimits {
     /// Largest speed of the tip [m/s].
     pub speed: f64,
     /// Largest distance that noise alone puts between two poses [m].
@@ -16,7 +16,7 @@ pub struct Limits {
     pub range_max: [f64; 3],
 }
 
-impl Default for Limits {
+impl Default for PoseLimits {
     /// A tip that follows a hand, an electromagnetic tracker at 40 Hz, no limit of the range.
     fn default() -> Self {
         Self { speed: 1.0, noise: 3e-3, range_min: [f64::NEG_INFINITY; 3], range_max: [f64::INFINITY; 3] }
@@ -26,14 +26,14 @@ impl Default for Limits {
 /// Watches the poses of one sensor.
 #[derive(Debug, Clone)]
 pub struct Monitor {
-    limits: Limits,
+    limits: PoseLimits,
     /// Last pose that was good.
     good: Option<Pose>,
 }
 
 impl Monitor {
     /// A watch that has seen nothing.
-    pub fn new(limits: Limits) -> Self {
+    pub fn new(limits: PoseLimits) -> Self {
         Self { limits, good: None }
     }
 
@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn jump_is_faster_than_the_tip_and_is_forgiven_when_the_tip_could_be_there() {
-        let mut monitor = Monitor::new(Limits { speed: 0.5, noise: 1e-3, ..Limits::default() });
+        let mut monitor = Monitor::new(PoseLimits { speed: 0.5, noise: 1e-3, ..PoseLimits::default() });
         assert_eq!(monitor.evaluate(&pose(0.0, 0.0)), Quality::Good);
         // 0.5 m/s over 25 ms and 1 mm of noise: 13.5 mm.
         assert_eq!(monitor.evaluate(&pose(0.025, 0.0136)), Quality::Jump);
@@ -85,7 +85,7 @@ mod tests {
     #[test]
     fn flag_and_range_come_first() {
         let limits =
-            Limits { range_max: [0.1, 1.0, 1.0], range_min: [-0.1, -1.0, -1.0], ..Limits::default() };
+            PoseLimits { range_max: [0.1, 1.0, 1.0], range_min: [-0.1, -1.0, -1.0], ..PoseLimits::default() };
         let mut monitor = Monitor::new(limits);
         assert_eq!(monitor.evaluate(&pose(0.0, 0.11)), Quality::Flagged);
         assert_eq!(monitor.evaluate(&pose(0.1, -0.11)), Quality::Flagged);

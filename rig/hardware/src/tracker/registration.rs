@@ -28,14 +28,14 @@ pub struct Registration {
 
 /// How the tip moved when something was pulled.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion {
+pub struct PulledMotion {
     /// Displacement of the tip in the tracker's frame [m]. Long ones count more.
     pub in_tracker: [f64; 3],
     /// Its direction in the robot's frame, of any length [-].
     pub in_robot: [f64; 3],
 }
 
-impl Motion {
+impl PulledMotion {
     /// The motions of a robot with n >= 3 tendons at these angles about +z [rad], from the displacements of the tip
     /// in the tracker's frame when each was pulled by the same stroke from the same rest (n) [m].
     ///
@@ -144,7 +144,7 @@ impl Registration {
                 .hint("check that both are given in the same unit, and in the same order"));
         }
 
-        let fit = Fit::new(p.iter().zip(&q).map(|(p, q)| q * p.transpose()).sum());
+        let fit = RotationFit::new(p.iter().zip(&q).map(|(p, q)| q * p.transpose()).sum());
         let left = |rotation: &Matrix3<f64>| {
             let squares = p.iter().zip(&q).map(|(p, q)| (q - rotation * p).norm_squared());
             (squares.sum::<f64>() / n as f64).sqrt()
@@ -169,7 +169,7 @@ impl Registration {
     /// # Errors
     /// `BadInput` if the motions are parallel, mirrored, or leave more than 15°.
     pub fn from_motions(
-        motions: &[Motion],
+        motions: &[PulledMotion],
         rest_in_tracker: [f64; 3],
         rest_in_robot: [f64; 3],
     ) -> Result<(Self, f64), BadInput> {
@@ -198,7 +198,7 @@ impl Registration {
         }
 
         // A length enters twice, since the noise of a direction falls with it: q |p| pᵀ.
-        let fit = Fit::new(pairs.iter().map(|(p, q)| q * p.norm() * p.transpose()).sum());
+        let fit = RotationFit::new(pairs.iter().map(|(p, q)| q * p.norm() * p.transpose()).sum());
         let total: f64 = pairs.iter().map(|(p, _)| p.norm_squared()).sum();
         let left = |rotation: &Matrix3<f64>| {
             let angles = pairs.iter().map(|(p, q)| p.norm_squared() * (rotation * p).angle(q).powi(2));
@@ -222,12 +222,12 @@ impl Registration {
 }
 
 /// The rotation R, and the best mirror image, that make tr(Rᵀ B) largest, B = Σ q pᵀ.
-struct Fit {
+struct RotationFit {
     rotation: Matrix3<f64>,
     mirror: Matrix3<f64>,
 }
 
-impl Fit {
+impl RotationFit {
     /// # Reference
     /// Kabsch (1976); Markley (1988). B = U S Vᵀ gives R = U diag(1, 1, det U det V) Vᵀ.
     fn new(b: Matrix3<f64>) -> Self {

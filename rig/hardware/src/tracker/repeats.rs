@@ -26,7 +26,7 @@ const FURTHEST_STEP: f64 = 4.0;
 
 /// Watches the repetitions of one sensor.
 #[derive(Debug, Clone)]
-pub(super) struct Repeats {
+pub(super) struct RepeatWatch {
     /// Longest that a repetition is held back [s].
     hold: f64,
     /// Last pose that was no repetition.
@@ -40,7 +40,7 @@ pub(super) struct Repeats {
     /// They are more than can be.
     is_frozen: bool,
     /// Window from which the share of repetitions is estimated.
-    window: Window,
+    window: RepeatWindow,
     /// Largest share of repetitions in any window, at 95 %: motion makes it smaller, rest shows it.
     share: Option<f64>,
     /// Smallest RMS step between poses that differ in any window [m]: motion makes it larger.
@@ -48,21 +48,21 @@ pub(super) struct Repeats {
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-struct Window {
+struct RepeatWindow {
     n_pairs: usize,
     n_repeats: usize,
     /// Sum of the squared steps between poses that differ [m²].
     squares: f64,
 }
 
-impl Window {
+impl RepeatWindow {
     /// Largest share of repetitions that this many of them leave likely [-].
     fn share(&self) -> f64 {
         ((self.n_repeats as f64 + THREE) / (self.n_pairs as f64 + THREE)).min(1.0)
     }
 }
 
-impl Repeats {
+impl RepeatWatch {
     /// A watch that has seen nothing, and holds a repetition back for `hold` [s] at most.
     pub fn new(hold: f64) -> Self {
         Self {
@@ -72,7 +72,7 @@ impl Repeats {
             n: 0,
             is_at_rest: false,
             is_frozen: false,
-            window: Window::default(),
+            window: RepeatWindow::default(),
             share: None,
             step: None,
         }
@@ -133,7 +133,7 @@ impl Repeats {
                 // Zero where the orientation alone differs.
                 self.step = Some(rms.min(self.step.unwrap_or(f64::INFINITY)));
             }
-            *window = Window::default();
+            *window = RepeatWindow::default();
         }
     }
 }
@@ -180,7 +180,7 @@ mod tests {
     }
 
     fn decided(poses: &[Pose]) -> Vec<Pose> {
-        let (mut repeats, mut all) = (Repeats::new(0.15), Vec::new());
+        let (mut repeats, mut all) = (RepeatWatch::new(0.15), Vec::new());
         poses.iter().for_each(|pose| repeats.take(*pose, &mut all));
         let times: Vec<f64> = all.iter().map(|pose| pose.time).collect();
         assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "out of order");

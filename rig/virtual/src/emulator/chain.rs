@@ -3,11 +3,11 @@
 //! In sync and bulk reads each servo answers when it has heard the one before it in the list, as in ROBOTIS's own
 //! device code; behind one that is silent, all are.
 
-use super::servo::Servo;
+use super::servo::EmulatedServo;
 use super::table::Refusal;
 use super::world::ServoWorld;
 use hysteron_rig::bus::packet::{BROADCAST, STATUS, fast_status, status};
-use hysteron_rig::bus::xl430::{self, Register};
+use hysteron_rig::bus::xl430::{self, ControlRegister};
 
 mod instruction {
     pub const PING: u8 = 0x01;
@@ -31,7 +31,7 @@ const CLEAR_TURNS: [u8; 5] = [0x01, 0x44, 0x58, 0x4c, 0x22];
 
 /// A packet that a servo sends.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Answer {
+pub(super) struct ServoReply {
     /// Whose it is.
     pub id: u8,
     /// The packet.
@@ -44,24 +44,24 @@ pub(super) struct Answer {
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Reply {
     /// In the order in which they are sent.
-    pub answers: Vec<Answer>,
+    pub answers: Vec<ServoReply>,
     /// Answers that a sync read asked for.
     pub n_asked: Option<usize>,
 }
 
 /// The servos on one bus.
 #[derive(Debug)]
-pub(super) struct Chain {
+pub(super) struct ServoChain {
     /// All servos, whether they have power or not.
-    pub servos: Vec<Servo>,
+    pub servos: Vec<EmulatedServo>,
     /// Whether each hears the bus now: baud, plug and power (n_servos).
     pub hears: Vec<bool>,
 }
 
 /// A part of a table to be read: id, address, count.
-type Part = (u8, u16, u16);
+type TableRead = (u8, u16, u16);
 
-impl Chain {
+impl ServoChain {
     /// Brings all servos up to date with the world.
     pub fn refresh(&mut self, world: &mut dyn ServoWorld) {
         self.servos.iter_mut().for_each(|servo| servo.refresh(world));
@@ -142,7 +142,7 @@ impl Chain {
                 let own = if is_own { id } else { self.servos[k].id() };
                 let error = self.servos[k].error_byte(outcome.as_ref().err().copied());
                 let bytes = status(own, error, &outcome.unwrap_or_default());
-                reply.answers.push(Answer { id: own, bytes, delay });
+                reply.answers.push(ServoReply { id: own, bytes, delay });
             }
         }
         reply
@@ -186,7 +186,7 @@ impl Chain {
                 Ok(none)
             }
             instruction::FACTORY_RESET => {
-                let kept: &[Register] = match parameters {
+                let kept: &[ControlRegister] = match parameters {
                     // All servos with one id could never be told apart again.
                     [0xff] if is_broadcast => return Err(Refusal::Result),
                     [0xff] => &[],
@@ -204,7 +204,7 @@ impl Chain {
         }
     }
 
-    fn read_each(&self, parts: &[Part], is_sync: bool) -> Reply {
+    fn read_each(&self, parts: &[TableRead], is_sync: bool) -> Reply {
         let mut answers = Vec::with_capacity(parts.len());
         for &(id, address, count) in parts {
             // Two servos with one id answer both.
@@ -219,7 +219,7 @@ impl Chain {
         Reply { answers, n_asked: is_sync.then_some(parts.len()) }
     }
 
-    fn read_fast(&self, parts: &[Part]) -> Reply {
+    fn read_fast(&self, parts: &[TableRead]) -> Reply {
         let mut sent = Vec::with_capacity(parts.len());
         let (mut present_len, mut delay, mut first) = (0, 0.0, None);
         let mut is_whole = true;
@@ -242,7 +242,7 @@ impl Chain {
             if is_whole {
                 reply.n_asked = Some(1);
             }
-            reply.answers.push(Answer { id, bytes, delay });
+            reply.answers.push(ServoReply { id, bytes, delay });
         }
         reply
     }
@@ -266,11 +266,11 @@ impl Chain {
         Reply::default()
     }
 
-    fn answer(&self, k: usize, outcome: Result<Vec<u8>, Refusal>) -> Answer {
+    fn answer(&self, k: usize, outcome: Result<Vec<u8>, Refusal>) -> ServoReply {
         let servo = &self.servos[k];
         let error = servo.error_byte(outcome.as_ref().err().copied());
         let bytes = status(servo.id(), error, &outcome.unwrap_or_default());
-        Answer { id: servo.id(), bytes, delay: self.delay(k) }
+        ServoReply { id: servo.id(), bytes, delay: self.delay(k) }
     }
 
     fn delay(&self, k: usize) -> f64 {
@@ -279,8 +279,8 @@ impl Chain {
 }
 
 /// Answers as the host sees them when servos with one id send at the same time. A byte takes `byte_time` [s].
-pub(super) fn overlaid(answers: Vec<Answer>, byte_time: f64) -> Vec<Answer> {
-    let mut seen: Vec<Answer> = Vec::with_capacity(answers.len());
+pub(super) fn overlaid(answers: Vec<ServoReply>, byte_time: f64) -> Vec<ServoReply> {
+    let mut seen: Vec<ServoReply> = Vec::with_capacity(answers.len());
     for answer in answers {
         match seen.last_mut().filter(|before| before.id == answer.id) {
             Some(before) if (answer.delay - before.delay).abs() < byte_time * before.bytes.len() as f64 => {
@@ -290,7 +290,7 @@ pub(super) fn overlaid(answers: Vec<Answer>, byte_time: f64) -> Vec<Answer> {
                 // Each waits from the end of the question; the later one follows the earlier.
                 let spent = before.delay + byte_time * before.bytes.len() as f64;
                 let delay = (answer.delay - spent).max(0.0);
-                seen.push(Answer { delay, ..answer });
+                seen.push(ServoReply { delay, ..answer });
             }
             None => seen.push(answer),
         }
@@ -299,7 +299,7 @@ pub(super) fn overlaid(answers: Vec<Answer>, byte_time: f64) -> Vec<Answer> {
 }
 
 /// Lays one answer over another: on a line that either pulls down, a bit is 1 only where both send it.
-fn collide(under: &mut Answer, over: &Answer, byte_time: f64) {
+fn collide(under: &mut ServoReply, over: &ServoReply, byte_time: f64) {
     let (first, then) = if over.delay < under.delay { (over, &*under) } else { (&*under, over) };
     let shift = ((then.delay - first.delay) / byte_time) as usize;
     let mut bytes = first.bytes.clone();
@@ -307,7 +307,7 @@ fn collide(under: &mut Answer, over: &Answer, byte_time: f64) {
     for (byte, other) in bytes[shift..].iter_mut().zip(&then.bytes) {
         *byte &= other;
     }
-    *under = Answer { id: under.id, delay: first.delay, bytes };
+    *under = ServoReply { id: under.id, delay: first.delay, bytes };
 }
 
 fn word(bytes: &[u8], at: usize) -> u16 {
@@ -315,12 +315,12 @@ fn word(bytes: &[u8], at: usize) -> u16 {
 }
 
 /// Parts that a sync read requests; `None` if its parameters are invalid.
-fn sync_parts(parameters: &[u8]) -> Option<Vec<Part>> {
+fn sync_parts(parameters: &[u8]) -> Option<Vec<TableRead>> {
     let (head, ids) = parameters.split_at_checked(4)?;
     Some(ids.iter().map(|&id| (id, word(head, 0), word(head, 2))).collect())
 }
 
-fn bulk_parts(parameters: &[u8]) -> Option<Vec<Part>> {
+fn bulk_parts(parameters: &[u8]) -> Option<Vec<TableRead>> {
     let parts = parameters.chunks_exact(5);
     parts.remainder().is_empty().then(|| parts.map(|part| (part[0], word(part, 1), word(part, 3))).collect())
 }

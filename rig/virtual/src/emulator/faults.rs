@@ -72,7 +72,7 @@ pub enum FaultKind {
 
 /// Keys that a fault may have beside `at_s` and `kind`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Key {
+enum FaultKey {
     Servo,
     Duration,
     Count,
@@ -115,8 +115,8 @@ impl FaultKind {
     }
 
     /// Keys that apply, and whether each is needed.
-    fn keys(self) -> &'static [(Key, bool)] {
-        use Key::{Count, Delay, Duration, Servo, Torque, Volts};
+    fn keys(self) -> &'static [(FaultKey, bool)] {
+        use FaultKey::{Count, Delay, Duration, Servo, Torque, Volts};
         match self {
             Self::DropPacket | Self::CorruptPacket | Self::DropInstruction => {
                 &[(Servo, false), (Count, false)]
@@ -145,7 +145,7 @@ impl FaultKind {
 /// One thing that breaks.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Fault {
+pub struct BusFault {
     /// When [s], on the clock of the virtual rig.
     pub at_s: f64,
     /// Kind of the fault.
@@ -170,7 +170,7 @@ pub struct Fault {
     pub volts: Option<f64>,
 }
 
-impl Fault {
+impl BusFault {
     /// A fault with nothing said but when and what.
     pub fn new(at_s: f64, kind: FaultKind) -> Self {
         let (servo, duration_s, count, delay_ms, torque_nm, volts) = (None, None, None, None, None, None);
@@ -209,12 +209,12 @@ impl Fault {
         let kind = json::to_value(self.kind).ok();
         let kind = kind.as_ref().and_then(|kind| kind.as_str()).unwrap_or_default().to_owned();
         let given = [
-            (Key::Servo, "servo", self.servo.is_some()),
-            (Key::Duration, "duration_s", self.duration_s.is_some()),
-            (Key::Count, "count", self.count.is_some()),
-            (Key::Delay, "delay_ms", self.delay_ms.is_some()),
-            (Key::Torque, "torque_nm", self.torque_nm.is_some()),
-            (Key::Volts, "volts", self.volts.is_some()),
+            (FaultKey::Servo, "servo", self.servo.is_some()),
+            (FaultKey::Duration, "duration_s", self.duration_s.is_some()),
+            (FaultKey::Count, "count", self.count.is_some()),
+            (FaultKey::Delay, "delay_ms", self.delay_ms.is_some()),
+            (FaultKey::Torque, "torque_nm", self.torque_nm.is_some()),
+            (FaultKey::Volts, "volts", self.volts.is_some()),
         ];
         for (key, name, is_given) in given {
             let rule = self.kind.keys().iter().find(|(known, _)| *known == key);
@@ -257,7 +257,7 @@ fn within(key: &str, given: Option<f64>, low: f64, high: f64) -> std::result::Re
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Faults {
     /// The faults; `at_s` never decreases.
-    pub list: Vec<Fault>,
+    pub list: Vec<BusFault>,
 }
 
 #[derive(Deserialize)]
@@ -266,7 +266,7 @@ struct FaultsFile {
     format: String,
     version: i64,
     #[serde(default)]
-    fault: Vec<Fault>,
+    fault: Vec<BusFault>,
 }
 
 impl Faults {
@@ -302,20 +302,20 @@ impl Faults {
         let mut list = Vec::with_capacity(n);
         for _ in 0..n {
             let kind = FaultKind::ALL[rng.random_range(0..FaultKind::ALL.len())];
-            let mut fault = Fault::new(rng.random_range(0.0..=span.max(0.0)), kind);
+            let mut fault = BusFault::new(rng.random_range(0.0..=span.max(0.0)), kind);
             for (key, is_needed) in kind.keys() {
                 // What need not be said is said half of the time; except how long, for else it may last for good.
-                if !is_needed && *key != Key::Duration && rng.random_bool(0.5) {
+                if !is_needed && *key != FaultKey::Duration && rng.random_bool(0.5) {
                     continue;
                 }
                 match key {
-                    Key::Servo => fault.servo = Some(rng.random_range(1..=n_servos.max(1))),
-                    Key::Duration => fault.duration_s = Some(rng.random_range(0.05..0.5)),
-                    Key::Count => fault.count = Some(rng.random_range(1..=5)),
-                    Key::Delay => fault.delay_ms = Some(rng.random_range(1.0..60.0)),
-                    Key::Torque => fault.torque_nm = Some(rng.random_range(-1.0..1.0)),
-                    Key::Volts if fault.servo.is_some() => {}
-                    Key::Volts => fault.volts = Some(rng.random_range(2.0..7.0)),
+                    FaultKey::Servo => fault.servo = Some(rng.random_range(1..=n_servos.max(1))),
+                    FaultKey::Duration => fault.duration_s = Some(rng.random_range(0.05..0.5)),
+                    FaultKey::Count => fault.count = Some(rng.random_range(1..=5)),
+                    FaultKey::Delay => fault.delay_ms = Some(rng.random_range(1.0..60.0)),
+                    FaultKey::Torque => fault.torque_nm = Some(rng.random_range(-1.0..1.0)),
+                    FaultKey::Volts if fault.servo.is_some() => {}
+                    FaultKey::Volts => fault.volts = Some(rng.random_range(2.0..7.0)),
                 }
             }
             list.push(fault);
@@ -328,9 +328,9 @@ impl Faults {
     /// # Errors
     /// `BadInput` naming when and what.
     pub fn check_servos(&self, ids: &RangeInclusive<u8>) -> std::result::Result<(), BadInput> {
-        let is_there = |fault: &&Fault| fault.servo.is_none_or(|id| ids.contains(&id));
+        let is_there = |fault: &&BusFault| fault.servo.is_none_or(|id| ids.contains(&id));
         match self.list.iter().find(|fault| !is_there(fault)) {
-            Some(Fault { servo: Some(id), at_s, .. }) => {
+            Some(BusFault { servo: Some(id), at_s, .. }) => {
                 let expected = format!("a servo that is there, {} to {}", ids.start(), ids.end());
                 Err(BadInput::new(format!("the fault at {at_s} s: servo"), expected, id.to_string()))
             }
@@ -344,7 +344,7 @@ impl Faults {
         *self = Self::sorted([list, more.list].concat());
     }
 
-    fn sorted(mut list: Vec<Fault>) -> Self {
+    fn sorted(mut list: Vec<BusFault>) -> Self {
         list.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
         Self { list }
     }
@@ -370,7 +370,7 @@ mod tests {
         let faults = Faults::parse(&text).unwrap();
         assert_eq!(faults.list[0].kind, FaultKind::DelayPacket);
         assert_eq!(faults.list[0].count, Some(3));
-        assert_eq!(faults.list[1], Fault::new(2.0, FaultKind::UnplugBus).lasting(0.5));
+        assert_eq!(faults.list[1], BusFault::new(2.0, FaultKind::UnplugBus).lasting(0.5));
         assert!(Faults::parse(HEAD).unwrap().list.is_empty());
     }
 

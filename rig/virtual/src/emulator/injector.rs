@@ -5,10 +5,10 @@
 
 use std::collections::VecDeque;
 
-use super::chain::Chain;
-use super::faults::{Fault, FaultKind};
-use super::port::Port;
-use super::record::{FaultMoment, Recorder};
+use super::chain::ServoChain;
+use super::faults::{BusFault, FaultKind};
+use super::port::EmulatedPort;
+use super::record::{FaultMoment, TrafficRecorder};
 use super::world::ServoWorld;
 use hysteron_rig::bus::xl430::error_bit;
 use rand::{Rng, RngExt};
@@ -23,7 +23,7 @@ const TOO_HOT: f64 = 80.0;
 
 #[derive(Debug)]
 struct Active {
-    fault: Fault,
+    fault: BusFault,
     /// When it ends [s]; never, if none.
     ends_at: Option<f64>,
     /// Packets that it still concerns; 0 for those that last.
@@ -42,7 +42,7 @@ pub(super) struct Damage {
 /// Faults to come and at work.
 #[derive(Debug)]
 pub(super) struct Injector {
-    pending: VecDeque<Fault>,
+    pending: VecDeque<BusFault>,
     active: Vec<Active>,
     /// Supply without any fault [V].
     nominal_supply: f64,
@@ -51,12 +51,12 @@ pub(super) struct Injector {
 
 impl Injector {
     /// With faults to come, in order of time.
-    pub fn new(list: Vec<Fault>, nominal_supply: f64, rng: ChaCha8Rng) -> Self {
+    pub fn new(list: Vec<BusFault>, nominal_supply: f64, rng: ChaCha8Rng) -> Self {
         Self { pending: list.into(), active: Vec::new(), nominal_supply, rng }
     }
 
     /// Adds one, to begin at its time or at once.
-    pub fn add(&mut self, fault: Fault) {
+    pub fn add(&mut self, fault: BusFault) {
         let at = self.pending.partition_point(|pending| pending.at_s <= fault.at_s);
         self.pending.insert(at, fault);
     }
@@ -64,10 +64,10 @@ impl Injector {
     /// Begins and ends what is due.
     pub fn step(
         &mut self,
-        port: &mut Port,
-        chain: &mut Chain,
+        port: &mut EmulatedPort,
+        chain: &mut ServoChain,
         world: &mut dyn ServoWorld,
-        record: &mut Recorder,
+        record: &mut TrafficRecorder,
     ) {
         let time = world.time();
         let mut is_changed = false;
@@ -93,7 +93,13 @@ impl Injector {
         }
     }
 
-    fn begin(&mut self, fault: Fault, port: &mut Port, chain: &mut Chain, world: &mut dyn ServoWorld) {
+    fn begin(
+        &mut self,
+        fault: BusFault,
+        port: &mut EmulatedPort,
+        chain: &mut ServoChain,
+        world: &mut dyn ServoWorld,
+    ) {
         let time = world.time();
         let count = fault.count.unwrap_or(1);
         let ends_at = fault.ends_at(time);
@@ -127,7 +133,7 @@ impl Injector {
     }
 
     /// Makes everything as broken as the active faults say.
-    fn apply(&self, port: &mut Port, chain: &mut Chain, world: &mut dyn ServoWorld) {
+    fn apply(&self, port: &mut EmulatedPort, chain: &mut ServoChain, world: &mut dyn ServoWorld) {
         let active = || self.active.iter().map(|active| &active.fault);
         let is_plugged = !active().any(|fault| fault.kind == FaultKind::UnplugBus);
         if port.is_plugged() && !is_plugged {
@@ -171,15 +177,15 @@ impl Injector {
     }
 
     /// An instruction to that id has passed.
-    pub fn instruction_passed(&mut self, to: u8, broadcast: u8, time: f64, record: &mut Recorder) {
+    pub fn instruction_passed(&mut self, to: u8, broadcast: u8, time: f64, record: &mut TrafficRecorder) {
         self.use_up(FaultKind::DropInstruction, time, record, |fault| {
             fault.servo.is_none() || to == broadcast || fault.servo == Some(to)
         });
     }
 
     /// Damage to the next answer of this servo.
-    pub fn damage(&mut self, servo: u8, time: f64, record: &mut Recorder) -> Damage {
-        let concerns = |fault: &Fault| fault.servo.is_none_or(|id| id == servo);
+    pub fn damage(&mut self, servo: u8, time: f64, record: &mut TrafficRecorder) -> Damage {
+        let concerns = |fault: &BusFault| fault.servo.is_none_or(|id| id == servo);
         let delay = self.use_up(FaultKind::DelayPacket, time, record, concerns);
         Damage {
             is_dropped: self.use_up(FaultKind::DropPacket, time, record, concerns).is_some(),
@@ -201,9 +207,9 @@ impl Injector {
         &mut self,
         kind: FaultKind,
         time: f64,
-        record: &mut Recorder,
-        concerns: impl Fn(&Fault) -> bool,
-    ) -> Option<Fault> {
+        record: &mut TrafficRecorder,
+        concerns: impl Fn(&BusFault) -> bool,
+    ) -> Option<BusFault> {
         let found = self
             .active
             .iter_mut()

@@ -17,11 +17,13 @@ mod table;
 mod thread;
 mod world;
 
-pub use faults::{Fault, FaultKind, Faults};
+pub use faults::{BusFault, FaultKind, Faults};
 pub use port::Timing;
 pub use pose_delivery::PoseDelivery;
 pub use pose_server::{DeviceClock, Format, PoseFaults, PoseServer, PoseServerSettings};
-pub use record::{Counts, FAULTS_LOG, FaultMoment, FaultRecord, TORQUE_LOG, TorqueRecord, TrackerFaults};
+pub use record::{
+    FAULTS_LOG, FaultMoment, FaultRecord, TORQUE_LOG, TorqueRecord, TrackerFaults, TrafficCounts,
+};
 pub use world::{ServoReadings, ServoWorld};
 
 use std::net::SocketAddr;
@@ -78,18 +80,18 @@ impl Options {
 
 /// State shared by the thread of the emulator and its owner.
 #[derive(Debug)]
-struct Shared<W> {
+struct EmulatorState<W> {
     world: Arc<Mutex<W>>,
-    record: Mutex<record::Recorder>,
+    record: Mutex<record::TrafficRecorder>,
     is_stopped: AtomicBool,
 }
 
-impl<W> Shared<W> {
+impl<W> EmulatorState<W> {
     fn world(&self) -> MutexGuard<'_, W> {
         self.world.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn record(&self) -> MutexGuard<'_, record::Recorder> {
+    fn record(&self) -> MutexGuard<'_, record::TrafficRecorder> {
         self.record.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -98,8 +100,8 @@ impl<W> Shared<W> {
 #[derive(Debug)]
 pub struct Emulator<W = World> {
     link: PathBuf,
-    shared: Arc<Shared<W>>,
-    faults: Sender<Fault>,
+    shared: Arc<EmulatorState<W>>,
+    faults: Sender<BusFault>,
     thread: Option<std::thread::JoinHandle<()>>,
 }
 
@@ -113,9 +115,9 @@ impl<W: ServoWorld + 'static> Emulator<W> {
         let nominal_supply = if world.n_servos() == 0 { 0.0 } else { world.servo(0).voltage };
         let rng = rng(options.seed, "rig/emulator");
         let injector = injector::Injector::new(options.faults.list.clone(), nominal_supply, rng);
-        let record = record::Recorder::new(options.logs.as_deref())?;
-        let port = port::Port::open(&options.link)?;
-        let shared = Arc::new(Shared {
+        let record = record::TrafficRecorder::new(options.logs.as_deref())?;
+        let port = port::EmulatedPort::open(&options.link)?;
+        let shared = Arc::new(EmulatorState {
             world: Arc::new(Mutex::new(world)),
             record: Mutex::new(record),
             is_stopped: AtomicBool::new(false),
@@ -151,7 +153,7 @@ impl<W: ServoWorld + 'static> Emulator<W> {
     }
 
     /// Counts of the bus traffic so far.
-    pub fn counts(&self) -> Counts {
+    pub fn counts(&self) -> TrafficCounts {
         self.shared.record().counts
     }
 
@@ -169,7 +171,7 @@ impl<W: ServoWorld + 'static> Emulator<W> {
     ///
     /// # Errors
     /// `BadInput` if it makes no sense.
-    pub fn inject(&self, fault: Fault) -> std::result::Result<(), BadInput> {
+    pub fn inject(&self, fault: BusFault) -> std::result::Result<(), BadInput> {
         fault.check()?;
         // The thread ends only when this is dropped.
         let _ = self.faults.send(fault);

@@ -44,18 +44,18 @@ impl Timing {
 
 /// The serial adapter of the emulated bus.
 #[derive(Debug)]
-pub(super) struct Port {
+pub(super) struct EmulatedPort {
     link: PathBuf,
-    pair: Option<Pair>,
+    pair: Option<PortPair>,
 }
 
 #[derive(Debug)]
-struct Pair {
+struct PortPair {
     emulator: TTYPort,
     host: TTYPort,
 }
 
-impl Port {
+impl EmulatedPort {
     /// Plugged in under this name.
     ///
     /// # Errors
@@ -96,7 +96,7 @@ impl Port {
         let _ = std::fs::remove_file(&new);
         std::os::unix::fs::symlink(device, &new).map_err(|error| refused(&error))?;
         std::fs::rename(&new, &self.link).map_err(|error| refused(&error))?;
-        self.pair = Some(Pair { emulator, host });
+        self.pair = Some(PortPair { emulator, host });
         Ok(())
     }
 
@@ -147,7 +147,7 @@ impl Port {
     }
 }
 
-impl Drop for Port {
+impl Drop for EmulatedPort {
     fn drop(&mut self) {
         self.unplug();
     }

@@ -99,7 +99,7 @@ mod tests {
 
     use super::super::pose_server::{DeviceClock, Format, PoseServerSettings};
     use super::*;
-    use hysteron_rig::tracker::{Client, Settings};
+    use hysteron_rig::tracker::{Client, TrackerSettings};
     use hysteron_rig::{Event, EventKind, Pose, Quality};
     use std::time::Instant;
 
@@ -110,7 +110,7 @@ mod tests {
         let settings =
             PoseServerSettings { port: 0, device: "Tip".into(), clock, format: Format::TransformWithStatus };
         let server = PoseServer::start(settings).unwrap();
-        let client = Client::connect(Settings::new(server.address().to_string()), start).unwrap();
+        let client = Client::connect(TrackerSettings::new(server.address().to_string()), start).unwrap();
         // Measured every 10 ms, sent 20 ms later; handed over as soon as they are measured.
         let mut n = 0;
         let take = move |poses: &mut Vec<TrackedPose>| {

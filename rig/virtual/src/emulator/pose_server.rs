@@ -4,7 +4,7 @@
 //! a client that does not read loses poses, not others theirs.
 
 use crate::virtual_rig::TrackedPose;
-use hysteron_rig::tracker::{Content, Message, Protocol, ToolPose, Validity};
+use hysteron_rig::tracker::{Message, MessageContent, MessageFormat, ToolPose, Validity};
 use hysteron_rig::{Error, Pose, Quality, Result};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
@@ -147,10 +147,10 @@ impl PoseServer {
         let tool = ToolPose { position: pose.position, orientation: pose.orientation, validity };
         let device = self.settings.device.clone();
         let (content, protocol) = match self.settings.format {
-            Format::Transform => (Content::Transform(tool), Protocol::Plain),
-            Format::TransformWithStatus => (Content::Transform(tool), Protocol::WithStatus),
-            Format::Position => (Content::Position(tool), Protocol::WithStatus),
-            Format::Tools => (Content::Tools(vec![(device.clone(), tool)]), Protocol::Plain),
+            Format::Transform => (MessageContent::Transform(tool), MessageFormat::Plain),
+            Format::TransformWithStatus => (MessageContent::Transform(tool), MessageFormat::WithStatus),
+            Format::Position => (MessageContent::Position(tool), MessageFormat::WithStatus),
+            Format::Tools => (MessageContent::Tools(vec![(device.clone(), tool)]), MessageFormat::Plain),
         };
         let mut bytes = Message { device, time, content }.to_bytes(protocol);
         if self.faults.damaged || self.n_to_corrupt > 0 {

@@ -1,6 +1,6 @@
 //! When a servo finds itself overloaded, too hot, or badly supplied.
 
-use super::table::Table;
+use super::table::ControlTable;
 use hysteron_rig::bus::xl430::{self, error_bit};
 
 /// Load that a servo cannot bear for long, as part of its stall torque [-].
@@ -34,7 +34,7 @@ pub(super) struct Protection {
 
 impl Protection {
     /// Errors present now, as bits of the register.
-    pub fn errors(&mut self, readings: &Readings, table: &Table) -> u8 {
+    pub fn errors(&mut self, readings: &Readings, table: &ControlTable) -> u8 {
         let limit = |register| f64::from(table.unsigned(register));
         let mut errors = std::mem::take(&mut self.forced);
         let volts = readings.voltage / xl430::VOLTAGE_UNIT;
@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn only_a_lasting_load_is_too_much() {
-        let (table, mut protection) = (Table::new(&XL430_W250, true), Protection::default());
+        let (table, mut protection) = (ControlTable::new(&XL430_W250, true), Protection::default());
         let mut at = |time, load| protection.errors(&Readings { time, load, ..FINE }, &table);
         assert_eq!(at(0.0, 1.0), 0);
         assert_eq!(at(1.4, -1.0), 0);
@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn heat_and_voltage_are_watched_by_the_limits_in_the_table() {
-        let (mut table, mut protection) = (Table::new(&XL430_W250, true), Protection::default());
+        let (mut table, mut protection) = (ControlTable::new(&XL430_W250, true), Protection::default());
         assert_eq!(protection.errors(&FINE, &table), 0);
         let hot = Readings { temperature: 73.0, ..FINE };
         assert_eq!(protection.errors(&hot, &table), error_bit::OVERHEATING);

@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::faults::{Fault, FaultKind};
+use super::faults::{BusFault, FaultKind};
 use hysteron_rig::Result;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,7 @@ pub const TORQUE_LOG: &str = "torque.jsonl";
 
 /// Counts of the traffic on the bus so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Counts {
+pub struct TrafficCounts {
     /// Instructions with a right checksum.
     pub instructions: u64,
     /// Packets with a wrong checksum.
@@ -55,7 +55,7 @@ pub struct FaultRecord {
     pub moment: FaultMoment,
     /// The fault.
     #[serde(flatten)]
-    pub fault: Fault,
+    pub fault: BusFault,
 }
 
 /// A line in the log of torques: written whenever one changes.
@@ -84,8 +84,8 @@ impl TrackerFaults {
 
 /// All that is remembered.
 #[derive(Debug, Default)]
-pub(super) struct Recorder {
-    pub counts: Counts,
+pub(super) struct TrafficRecorder {
+    pub counts: TrafficCounts,
     pub faults: Vec<FaultRecord>,
     pub torques: Vec<TorqueRecord>,
     pub tracker: TrackerFaults,
@@ -93,7 +93,7 @@ pub(super) struct Recorder {
     torque_file: Option<File>,
 }
 
-impl Recorder {
+impl TrafficRecorder {
     /// With logs in this folder, begun anew.
     ///
     /// # Errors
@@ -112,7 +112,7 @@ impl Recorder {
     }
 
     /// Notes a moment of a fault.
-    pub fn fault(&mut self, time: f64, moment: FaultMoment, fault: &Fault) {
+    pub fn fault(&mut self, time: f64, moment: FaultMoment, fault: &BusFault) {
         let record = FaultRecord { time_s: time, moment, fault: fault.clone() };
         append(&mut self.faults_file, &record);
         self.faults.push(record);

@@ -5,7 +5,7 @@
 //! the factory's profiles, integral gain and PWM. Gains of the velocity loop and of the feed-forward change nothing.
 
 use hysteron_rig::bus::model::ServoModel;
-use hysteron_rig::bus::xl430::{self, Register, drive, mode};
+use hysteron_rig::bus::xl430::{self, ControlRegister, drive, mode};
 
 /// Bytes of the control table.
 pub(super) const TABLE_LEN: usize = 662;
@@ -26,7 +26,7 @@ pub(super) enum Access {
 /// One register.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spec {
-    pub register: Register,
+    pub register: ControlRegister,
     pub access: Access,
     /// Least and largest value that may be written.
     pub range: (i64, i64),
@@ -117,12 +117,12 @@ pub(super) fn specs(model: &ServoModel, has_full_loop: bool) -> Vec<Spec> {
     let last = TABLE_LEN as i64 - 1;
     for (addresses, data) in INDIRECT {
         for k in 0..data.size {
-            let address = Register { address: addresses.address + 2 * u16::from(k), size: 2 };
+            let address = ControlRegister { address: addresses.address + 2 * u16::from(k), size: 2 };
             let points_to = i64::from(data.address) + i64::from(k);
             specs.push(row(address, Ram, (i64::from(xl430::TORQUE_ENABLE.address), last), points_to));
         }
         for k in 0..data.size {
-            let byte = Register { address: data.address + u16::from(k), size: 1 };
+            let byte = ControlRegister { address: data.address + u16::from(k), size: 1 };
             specs.push(row(byte, Ram, (0, 255), 0));
         }
     }
@@ -131,7 +131,7 @@ pub(super) fn specs(model: &ServoModel, has_full_loop: bool) -> Vec<Spec> {
 }
 
 /// Both blocks of indirect addresses, with the bytes that they give a second place.
-pub(super) const INDIRECT: [(Register, Register); 2] =
+pub(super) const INDIRECT: [(ControlRegister, ControlRegister); 2] =
     [(xl430::INDIRECT_ADDRESS, xl430::INDIRECT_DATA), (xl430::INDIRECT_ADDRESS_2, xl430::INDIRECT_DATA_2)];
 
 #[cfg(test)]
@@ -153,14 +153,14 @@ mod tests {
     #[test]
     fn every_register_stands_in_the_driver_s_table_and_none_beside() {
         use hysteron_rig::bus::registers::TABLE;
-        let is_indirect = |register: Register| register.address >= xl430::INDIRECT_ADDRESS.address;
+        let is_indirect = |register: ControlRegister| register.address >= xl430::INDIRECT_ADDRESS.address;
         for model in [&XL430_W250, &XM430_W350, &XL330_M288] {
-            let emulated: Vec<Register> = specs(model, true)
+            let emulated: Vec<ControlRegister> = specs(model, true)
                 .iter()
                 .map(|spec| spec.register)
                 .filter(|one| !is_indirect(*one))
                 .collect();
-            let known: Vec<Register> = TABLE
+            let known: Vec<ControlRegister> = TABLE
                 .iter()
                 .filter(|spec| spec.is_of(model) && !is_indirect(spec.register))
                 .map(|spec| spec.register)

@@ -5,11 +5,11 @@
 //! a restart the servo reads 0 to 4095 again, whatever it read before.
 
 use super::protection::{Protection, Readings};
-use super::table::{Refusal, Table, WATCHDOG_TRIPPED};
+use super::table::{ControlTable, Refusal, WATCHDOG_TRIPPED};
 use super::world::ServoWorld;
 use hysteron_actuator::{Gains, ServoCommand};
-use hysteron_rig::bus::model::Effort;
-use hysteron_rig::bus::xl430::{self, Register, drive, mode};
+use hysteron_rig::bus::model::EffortRegister;
+use hysteron_rig::bus::xl430::{self, ControlRegister, drive, mode};
 use std::f64::consts::TAU;
 
 /// How long a servo is silent after a restart [s].
@@ -30,9 +30,9 @@ enum Power {
 
 /// One emulated servo.
 #[derive(Debug)]
-pub(super) struct Servo {
+pub(super) struct EmulatedServo {
     /// Control table: the values of its registers.
-    pub table: Table,
+    pub table: ControlTable,
     /// Its number in the world.
     k: usize,
     /// Position reading at angle 0 with no turns counted [ticks].
@@ -51,10 +51,10 @@ pub(super) struct Servo {
     reference_before: (i32, f64),
 }
 
-impl Servo {
+impl EmulatedServo {
     /// Servo `k` of the world, with this id and further EEPROM values, at rest and without torque.
-    pub fn new(k: usize, eeprom: &[(Register, i64)], world: &mut dyn ServoWorld) -> Self {
-        let mut table = Table::new(world.model(), world.has_full_loop());
+    pub fn new(k: usize, eeprom: &[(ControlRegister, i64)], world: &mut dyn ServoWorld) -> Self {
+        let mut table = ControlTable::new(world.model(), world.has_full_loop());
         for (register, value) in eeprom {
             table.set(*register, *value);
         }
@@ -148,8 +148,8 @@ impl Servo {
         let (position, reference) = (self.position_of(state.angle), self.position_of(state.reference));
         let velocity = (direction * state.velocity / xl430::VELOCITY_UNIT).round() as i64;
         let unit = match world.model().effort {
-            Effort::Load => xl430::LOAD_UNIT,
-            Effort::Current(unit) => unit,
+            EffortRegister::Load => xl430::LOAD_UNIT,
+            EffortRegister::Current(unit) => unit,
         };
         let effort = direction * world.effort(self.k);
         let is_moving = velocity.abs() > i64::from(self.table.unsigned(xl430::MOVING_THRESHOLD));
@@ -212,7 +212,7 @@ impl Servo {
     /// Reads registers.
     ///
     /// # Errors
-    /// As [`Table::read`].
+    /// As [`ControlTable::read`].
     pub fn read(&self, address: u16, count: u16) -> Result<Vec<u8>, Refusal> {
         self.table.read(address, count)
     }
@@ -220,7 +220,7 @@ impl Servo {
     /// Writes registers and does what they ask.
     ///
     /// # Errors
-    /// As [`Table::write`].
+    /// As [`ControlTable::write`].
     pub fn write(&mut self, address: u16, data: &[u8], world: &mut dyn ServoWorld) -> Result<(), Refusal> {
         let was_on = self.is_torque_on();
         let touched = self.table.write(address, data)?;
@@ -256,7 +256,7 @@ impl Servo {
     /// Keeps a write for the action that follows.
     ///
     /// # Errors
-    /// As [`Table::write`].
+    /// As [`ControlTable::write`].
     pub fn register(&mut self, address: u16, data: &[u8]) -> Result<(), Refusal> {
         self.table.check(address, data)?;
         self.registered = Some((address, data.to_vec()));
@@ -267,7 +267,7 @@ impl Servo {
     /// Carries out what was registered.
     ///
     /// # Errors
-    /// `Result` if nothing was, else as [`Table::write`].
+    /// `Result` if nothing was, else as [`ControlTable::write`].
     pub fn act(&mut self, world: &mut dyn ServoWorld) -> Result<(), Refusal> {
         let (address, data) = self.registered.take().ok_or(Refusal::Result)?;
         self.table.set(xl430::REGISTERED, 0);
@@ -289,7 +289,7 @@ impl Servo {
     }
 
     /// Everything as from the factory, then a restart.
-    pub fn factory_reset(&mut self, kept: &[Register], world: &mut dyn ServoWorld) {
+    pub fn factory_reset(&mut self, kept: &[ControlRegister], world: &mut dyn ServoWorld) {
         self.table.reset_all_but(kept);
         self.restart(world);
     }

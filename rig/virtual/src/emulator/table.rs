@@ -2,7 +2,7 @@
 
 use super::registers::{Access, INDIRECT, Spec, TABLE_LEN, specs};
 use hysteron_rig::bus::model::ServoModel;
-use hysteron_rig::bus::xl430::{self, Register, mode};
+use hysteron_rig::bus::xl430::{self, ControlRegister, mode};
 
 /// Why a servo refuses an instruction: the error number of its answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,14 +30,14 @@ const NO_SECONDARY_ID: u32 = 253;
 
 /// The control table of one servo.
 #[derive(Debug, Clone)]
-pub(super) struct Table {
+pub(super) struct ControlTable {
     bytes: Vec<u8>,
     specs: Vec<Spec>,
     /// Number of the register that each byte belongs to (`TABLE_LEN`).
     owner: Vec<Option<usize>>,
 }
 
-impl Table {
+impl ControlTable {
     /// Of such a servo, as it leaves the factory; `has_full_loop` as a world says it.
     pub fn new(model: &ServoModel, has_full_loop: bool) -> Self {
         let specs = specs(model, has_full_loop);
@@ -56,7 +56,7 @@ impl Table {
     }
 
     /// Resets all registers but these, as a factory reset does.
-    pub fn reset_all_but(&mut self, kept: &[Register]) {
+    pub fn reset_all_but(&mut self, kept: &[ControlRegister]) {
         self.reset(|spec| !kept.contains(&spec.register));
     }
 
@@ -70,24 +70,24 @@ impl Table {
     }
 
     /// A register as an unsigned number.
-    pub fn unsigned(&self, register: Register) -> u32 {
+    pub fn unsigned(&self, register: ControlRegister) -> u32 {
         let bytes = &self.bytes[span(register)];
         bytes.iter().rev().fold(0, |value, &byte| (value << 8) | u32::from(byte))
     }
 
     /// A register as a signed number.
-    pub fn signed(&self, register: Register) -> i32 {
+    pub fn signed(&self, register: ControlRegister) -> i32 {
         let shift = 32 - 8 * u32::from(register.size);
         (self.unsigned(register) << shift) as i32 >> shift
     }
 
     /// Whether a switch is on, or a bit of errors set.
-    pub fn is_set(&self, register: Register) -> bool {
+    pub fn is_set(&self, register: ControlRegister) -> bool {
         self.unsigned(register) != 0
     }
 
     /// Sets a register as the servo itself does, without any rule. What does not fit is cut to its size.
-    pub fn set(&mut self, register: Register, value: i64) {
+    pub fn set(&mut self, register: ControlRegister, value: i64) {
         let bytes = value.to_le_bytes();
         self.bytes[span(register)].copy_from_slice(&bytes[..usize::from(register.size)]);
     }
@@ -117,7 +117,7 @@ impl Table {
     ///
     /// # Errors
     /// The first rule that any of them breaks.
-    pub fn write(&mut self, address: u16, data: &[u8]) -> Result<Vec<Register>, Refusal> {
+    pub fn write(&mut self, address: u16, data: &[u8]) -> Result<Vec<ControlRegister>, Refusal> {
         let values = self.check(address, data)?;
         for (register, value) in &values {
             self.set(*register, *value);
@@ -125,11 +125,11 @@ impl Table {
         Ok(values.into_iter().map(|(register, _)| register).collect())
     }
 
-    /// Values that [`Table::write`] would write, register by register.
+    /// Values that [`ControlTable::write`] would write, register by register.
     ///
     /// # Errors
-    /// As [`Table::write`].
-    pub fn check(&self, address: u16, data: &[u8]) -> Result<Vec<(Register, i64)>, Refusal> {
+    /// As [`ControlTable::write`].
+    pub fn check(&self, address: u16, data: &[u8]) -> Result<Vec<(ControlRegister, i64)>, Refusal> {
         let first = usize::from(address);
         if data.is_empty() {
             return Err(Refusal::Length);
@@ -215,7 +215,7 @@ impl Table {
     }
 }
 
-fn span(register: Register) -> std::ops::Range<usize> {
+fn span(register: ControlRegister) -> std::ops::Range<usize> {
     let first = usize::from(register.address);
     first..first + usize::from(register.size)
 }
@@ -228,13 +228,17 @@ mod tests {
     use hysteron_rig::bus::xl430::*;
     use proptest::prelude::*;
 
-    fn written(table: &mut Table, register: Register, value: i64) -> Result<Vec<Register>, Refusal> {
+    fn written(
+        table: &mut ControlTable,
+        register: ControlRegister,
+        value: i64,
+    ) -> Result<Vec<ControlRegister>, Refusal> {
         table.write(register.address, &value.to_le_bytes()[..usize::from(register.size)])
     }
 
     #[test]
     fn a_new_servo_says_what_the_manual_says() {
-        let table = Table::new(&XL430_W250, true);
+        let table = ControlTable::new(&XL430_W250, true);
         assert_eq!(table.read(0, 2).unwrap(), 1060u16.to_le_bytes());
         assert_eq!(table.read(6, 4).unwrap(), [45, 1, 1, 250]);
         assert_eq!(table.unsigned(POSITION_P_GAIN), 640);
@@ -243,7 +247,7 @@ mod tests {
 
     #[test]
     fn each_rule_has_its_error() {
-        let mut table = Table::new(&XL430_W250, true);
+        let mut table = ControlTable::new(&XL430_W250, true);
         assert_eq!(written(&mut table, MODEL_NUMBER, 1), Err(Refusal::Access));
         assert_eq!(written(&mut table, PRESENT_POSITION, 1), Err(Refusal::Access));
         assert_eq!(table.write(14, &[1]), Err(Refusal::Access), "a gap");
@@ -264,7 +268,7 @@ mod tests {
 
     #[test]
     fn extended_mode_goes_further() {
-        let mut table = Table::new(&XL430_W250, true);
+        let mut table = ControlTable::new(&XL430_W250, true);
         written(&mut table, OPERATING_MODE, 4).unwrap();
         written(&mut table, GOAL_POSITION, -5000).unwrap();
         assert_eq!(table.signed(GOAL_POSITION), -5000);
@@ -273,7 +277,7 @@ mod tests {
 
     #[test]
     fn eeprom_is_locked_while_the_torque_is_on() {
-        let mut table = Table::new(&XL430_W250, true);
+        let mut table = ControlTable::new(&XL430_W250, true);
         written(&mut table, TORQUE_ENABLE, 1).unwrap();
         assert_eq!(written(&mut table, ID, 7), Err(Refusal::Access));
         written(&mut table, TORQUE_ENABLE, 0).unwrap();
@@ -283,7 +287,7 @@ mod tests {
 
     #[test]
     fn a_tripped_watchdog_refuses_goals_until_cleared() {
-        let mut table = Table::new(&XL430_W250, true);
+        let mut table = ControlTable::new(&XL430_W250, true);
         table.set(BUS_WATCHDOG, i64::from(WATCHDOG_TRIPPED));
         assert_eq!(written(&mut table, GOAL_POSITION, 5), Err(Refusal::Range));
         written(&mut table, BUS_WATCHDOG, 0).unwrap();
@@ -292,7 +296,7 @@ mod tests {
 
     #[test]
     fn a_shutdown_forbids_torque() {
-        let mut table = Table::new(&XL430_W250, true);
+        let mut table = ControlTable::new(&XL430_W250, true);
         table.set(HARDWARE_ERROR, i64::from(error_bit::INPUT_VOLTAGE));
         written(&mut table, TORQUE_ENABLE, 1).unwrap();
         table.set(HARDWARE_ERROR, i64::from(error_bit::OVERLOAD));
@@ -302,7 +306,7 @@ mod tests {
     #[test]
     fn indirect_data_stands_for_what_its_addresses_name() {
         for (addresses, data) in INDIRECT {
-            let mut table = Table::new(&XL430_W250, true);
+            let mut table = ControlTable::new(&XL430_W250, true);
             table.set(PRESENT_POSITION, -2);
             // Goal position, then the low half of the present position.
             let pointers = [116u16, 117, 118, 119, 132, 133].map(u16::to_le_bytes).concat();
@@ -318,7 +322,7 @@ mod tests {
 
     #[test]
     fn one_bad_register_keeps_all_from_being_written() {
-        let mut table = Table::new(&XL430_W250, true);
+        let mut table = ControlTable::new(&XL430_W250, true);
         let data = [10u32.to_le_bytes(), 10u32.to_le_bytes(), 9999u32.to_le_bytes()].concat();
         assert_eq!(table.write(108, &data), Err(Refusal::Limit));
         assert_eq!(table.unsigned(PROFILE_ACCELERATION), 0);
@@ -326,7 +330,7 @@ mod tests {
 
     #[test]
     fn a_loss_of_power_spares_the_eeprom() {
-        let mut table = Table::new(&XL430_W250, true);
+        let mut table = ControlTable::new(&XL430_W250, true);
         written(&mut table, RETURN_DELAY, 0).unwrap();
         written(&mut table, PROFILE_VELOCITY, 9).unwrap();
         table.reset_ram();
@@ -338,7 +342,7 @@ mod tests {
     proptest! {
         #[test]
         fn no_write_panics_and_what_is_accepted_is_read_back(writes in proptest::collection::vec((0u16..700, proptest::collection::vec(any::<u8>(), 0..12)), 0..40)) {
-            let mut table = Table::new(&XL430_W250, true);
+            let mut table = ControlTable::new(&XL430_W250, true);
             for (address, data) in writes {
                 if table.write(address, &data).is_ok() && !(168..252).contains(&address) && !(578..662).contains(&address) {
                     prop_assert_eq!(table.read(address, data.len() as u16).unwrap(), data);

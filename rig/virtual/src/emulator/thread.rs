@@ -5,16 +5,16 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-use super::chain::{Chain, Reply, overlaid};
-use super::faults::Fault;
+use super::chain::{Reply, ServoChain, overlaid};
+use super::faults::BusFault;
 use super::injector::Injector;
-use super::port::{Port, Timing};
-use super::servo::Servo;
+use super::port::{EmulatedPort, Timing};
+use super::servo::EmulatedServo;
 use super::world::ServoWorld;
-use super::{Options, Shared};
+use super::{EmulatorState, Options};
 use hysteron_base::BadInput;
 use hysteron_rig::Result;
-use hysteron_rig::bus::packet::{BROADCAST, Decoded, Decoder};
+use hysteron_rig::bus::packet::{BROADCAST, DecodedPacket, PacketDecoder};
 use hysteron_rig::bus::xl430;
 
 /// Bits of a byte on the wire: start, eight of data, stop.
@@ -30,7 +30,7 @@ const ID_MAX: usize = 252;
 ///
 /// # Errors
 /// `BadInput` for a baud or return delay that no servo can have, or more servos than ids.
-pub(super) fn chain(world: &mut dyn ServoWorld, options: &Options) -> Result<Chain> {
+pub(super) fn chain(world: &mut dyn ServoWorld, options: &Options) -> Result<ServoChain> {
     let baud = xl430::BAUDS.iter().position(|baud| *baud == options.baud);
     let bauds = || xl430::BAUDS.map(|baud| baud.to_string()).join(", ");
     let baud =
@@ -50,9 +50,9 @@ pub(super) fn chain(world: &mut dyn ServoWorld, options: &Options) -> Result<Cha
         }
         let eeprom =
             [(xl430::ID, id as i64), (xl430::BAUD, baud as i64), (xl430::RETURN_DELAY, delay.round() as i64)];
-        servos.push(Servo::new(k, &eeprom, world));
+        servos.push(EmulatedServo::new(k, &eeprom, world));
     }
-    Ok(Chain { hears: vec![true; servos.len()], servos })
+    Ok(ServoChain { hears: vec![true; servos.len()], servos })
 }
 
 /// Traffic on the bus since the last poll.
@@ -64,12 +64,12 @@ enum Heard {
 
 /// All that the thread owns.
 pub(super) struct Bus<W> {
-    chain: Chain,
+    chain: ServoChain,
     injector: Injector,
-    port: Port,
-    decoder: Decoder,
-    shared: Arc<Shared<W>>,
-    faults: Receiver<Fault>,
+    port: EmulatedPort,
+    decoder: PacketDecoder,
+    shared: Arc<EmulatorState<W>>,
+    faults: Receiver<BusFault>,
     timing: Timing,
     tick: Duration,
     /// When the world was at `start_time`.
@@ -83,12 +83,12 @@ pub(super) struct Bus<W> {
 
 impl<W: ServoWorld> Bus<W> {
     pub fn new(
-        chain: Chain,
+        chain: ServoChain,
         injector: Injector,
-        port: Port,
+        port: EmulatedPort,
         options: &Options,
-        shared: Arc<Shared<W>>,
-        faults: Receiver<Fault>,
+        shared: Arc<EmulatorState<W>>,
+        faults: Receiver<BusFault>,
     ) -> Self {
         let now = Instant::now();
         let start_time = shared.world().time();
@@ -96,7 +96,7 @@ impl<W: ServoWorld> Bus<W> {
             chain,
             injector,
             port,
-            decoder: Decoder::default(),
+            decoder: PacketDecoder::default(),
             shared,
             faults,
             timing: options.timing,
@@ -150,13 +150,14 @@ impl<W: ServoWorld> Bus<W> {
         self.faults.try_iter().for_each(|fault| self.injector.add(fault));
         let mut record = self.shared.record();
         self.injector.step(&mut self.port, &mut self.chain, &mut *world, &mut record);
-        record.torque(world.time(), self.chain.servos.iter().map(Servo::is_torque_on));
+        record.torque(world.time(), self.chain.servos.iter().map(EmulatedServo::is_torque_on));
     }
 
     /// Carries out a packet that came at that time, and answers it.
-    fn serve(&mut self, found: Decoded, came_at: Instant) {
+    fn serve(&mut self, found: DecodedPacket, came_at: Instant) {
         let reply = {
-            let (Decoded::Packet { id, wire_len, .. } | Decoded::BadChecksum { id, wire_len }) = &found;
+            let (DecodedPacket::Packet { id, wire_len, .. } | DecodedPacket::BadChecksum { id, wire_len }) =
+                &found;
             let (id, wire_len) = (*id, *wire_len);
             self.listen(id);
             self.free_at = self.free_at.max(came_at) + self.wire_time(wire_len);
@@ -165,16 +166,16 @@ impl<W: ServoWorld> Bus<W> {
             let time = world.time();
             self.injector.instruction_passed(id, BROADCAST, time, &mut record);
             let reply = match found {
-                Decoded::Packet { body, .. } => {
+                DecodedPacket::Packet { body, .. } => {
                     record.counts.instructions += 1;
                     self.chain.handle(id, &body, &mut *world)
                 }
-                Decoded::BadChecksum { .. } => {
+                DecodedPacket::BadChecksum { .. } => {
                     record.counts.bad_packets += 1;
                     self.chain.complain(id)
                 }
             };
-            record.torque(time, self.chain.servos.iter().map(Servo::is_torque_on));
+            record.torque(time, self.chain.servos.iter().map(EmulatedServo::is_torque_on));
             reply
         };
         self.send(reply);

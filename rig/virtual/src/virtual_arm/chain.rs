@@ -14,7 +14,7 @@ pub const N_JOINTS: usize = 4;
 
 /// A rigid body.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Body {
+pub struct ArmBody {
     /// [kg].
     pub mass: f64,
     /// Centre of mass in the frame of its link [m].
@@ -25,7 +25,7 @@ pub struct Body {
 
 /// A revolute joint and the link that it moves. At zero all links have the axes of the base.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Link {
+pub struct ArmLink {
     /// Where the joint is in the frame of the link before [m].
     pub origin: Vector3<f64>,
     /// Axis of rotation, of length 1 [-].
@@ -33,14 +33,14 @@ pub struct Link {
     /// Least and greatest angle [rad].
     pub range: [f64; 2],
     /// Body that it moves.
-    pub body: Body,
+    pub body: ArmBody,
 }
 
 /// The bodies of an arm.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Chain {
+pub struct BodyChain {
     /// From the base outwards.
-    pub links: [Link; N_JOINTS],
+    pub links: [ArmLink; N_JOINTS],
     /// Where forces act and payloads are held, in the frame of the last link [m].
     pub tip: Vector3<f64>,
     /// [m/s²].
@@ -62,7 +62,7 @@ pub struct Configuration {
     pub energy: [f64; 2],
 }
 
-impl Body {
+impl ArmBody {
     /// A cube of uniform density.
     pub fn cube(mass: f64, side: f64, centre: Vector3<f64>) -> Self {
         Self { mass, centre, inertia: Matrix3::identity() * (mass * side * side / 6.0) }
@@ -80,9 +80,9 @@ impl Body {
     }
 }
 
-impl Chain {
+impl BodyChain {
     /// The same with another body on the last link.
-    pub fn with_payload(&self, payload: &Body) -> Self {
+    pub fn with_payload(&self, payload: &ArmBody) -> Self {
         let mut all = self.clone();
         let last = &mut all.links[N_JOINTS - 1].body;
         *last = last.with(payload);

@@ -2,7 +2,7 @@
 
 /// Something wrong with one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Fault {
+pub enum JointFault {
     /// Dry friction of the gear grows.
     Friction {
         /// Number of the joint, from 0.
@@ -32,7 +32,7 @@ pub enum Fault {
     },
 }
 
-impl Fault {
+impl JointFault {
     /// Number of the joint, from 0.
     pub fn joint(&self) -> usize {
         match *self {

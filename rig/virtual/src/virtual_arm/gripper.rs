@@ -1,12 +1,12 @@
 //! The gripper: a servo that closes two jaws on an object.
 
-use super::servo::{MotorLine, Servo, ServoState};
+use super::servo::{MotorLine, ServoState, VirtualServo};
 
 /// Jaws on a servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gripper {
+pub struct VirtualGripper {
     /// Servo that drives the jaws.
-    pub servo: Servo,
+    pub servo: VirtualServo,
     /// Aperture per angle of the motor [m/rad].
     pub lever: f64,
     /// Angle at which the jaws touch [rad].
@@ -17,7 +17,7 @@ pub struct Gripper {
     pub friction: f64,
 }
 
-impl Gripper {
+impl VirtualGripper {
     /// Aperture at an angle of the motor [m].
     pub fn aperture(&self, angle: f64) -> f64 {
         self.lever * (angle - self.closed)

@@ -7,10 +7,10 @@ use hysteron_base::rng;
 use nalgebra::Vector3;
 
 use super::chain::N_JOINTS;
-use super::leader::Leader;
+use super::leader::VirtualLeader;
 use super::robot::VirtualArm;
 use super::task::Labels;
-use super::telemetry::{Reading, Recorder};
+use super::telemetry::{Reading, TelemetryRecorder};
 use super::world::{ArmWorld, N_SERVOS};
 
 /// Side of the object [m].
@@ -29,7 +29,7 @@ pub struct Moment {
 
 /// Controller of the arm: from a reading, the goals planned for its time [rad] and the true force on the tip,
 /// known only in simulation [N], it returns the goals of the servos [rad].
-pub type Control<'a> = dyn FnMut(&Reading, &[f64; N_SERVOS], [f64; 3]) -> [f64; N_SERVOS] + 'a;
+pub type ArmControl<'a> = dyn FnMut(&Reading, &[f64; N_SERVOS], [f64; 3]) -> [f64; N_SERVOS] + 'a;
 
 impl VirtualArm {
     /// Handles `mass` [kg] for as long as `plan` lasts, from where it begins. `control` is asked at every reading.
@@ -37,20 +37,20 @@ impl VirtualArm {
     /// All noise comes from `seed` and `name`.
     pub fn handle(
         &self,
-        (plan, mass): (&Leader, f64),
+        (plan, mass): (&VirtualLeader, f64),
         (seed, name): (u64, &str),
-        control: &mut Control<'_>,
+        control: &mut ArmControl<'_>,
     ) -> Vec<Moment> {
         let start = plan.at(0.0);
         let temperatures = self.supply.temperatures(&mut rng(seed, &format!("virtual-arm/{name}/heat")));
         let angles = std::array::from_fn(|k| start[k]);
         let mut world = ArmWorld::new(self, angles, start[N_JOINTS], temperatures).with_payload(mass, WIDTH);
-        let mut goals = Leader::goals(&start, &self.gripper);
+        let mut goals = VirtualLeader::goals(&start, &self.gripper);
         world.goals = goals.map(Some);
         while world.time() < SETTLE {
             world.step();
         }
-        let mut recorder = Recorder::new(self, Labels::None, seed, name);
+        let mut recorder = TelemetryRecorder::new(self, Labels::None, seed, name);
         let (origin, mut moments) = (world.time(), Vec::new());
         loop {
             let time = world.time() - origin;
@@ -58,7 +58,7 @@ impl VirtualArm {
                 recorder.read(&world, time, &goals);
                 moments.push(Moment { time, tip: self.chain.at(&world.q, &world.dq).tip });
                 if let Some((reading, force)) = recorder.last() {
-                    let planned = Leader::goals(&plan.at(time), &self.gripper);
+                    let planned = VirtualLeader::goals(&plan.at(time), &self.gripper);
                     goals = control(&reading, &planned, force);
                     world.goals = goals.map(Some);
                 }
@@ -79,7 +79,7 @@ mod tests {
 
     fn droop(mass: f64, add: f64) -> f64 {
         let arm = VirtualArm::preset("open-manipulator-x").unwrap();
-        let mut plan = Leader::steady(&arm.chain);
+        let mut plan = VirtualLeader::steady(&arm.chain);
         let wanted = Vector3::new(0.22, 0.0, 0.15);
         // It comes from elsewhere: where it never moves, stiction holds any of these weights.
         plan.reaches(0.0, Vector3::new(0.2, 0.05, 0.12), 0.4, 0.02);
@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn the_same_seed_is_the_same_motion_and_the_force_is_the_weight_at_rest() {
         let arm = VirtualArm::preset("open-manipulator-x").unwrap();
-        let mut plan = Leader::steady(&arm.chain);
+        let mut plan = VirtualLeader::steady(&arm.chain);
         plan.reaches(0.0, Vector3::new(0.2, 0.05, 0.12), 0.4, 0.02);
         plan.stays(2.0);
         let mut last = [0.0; 3];

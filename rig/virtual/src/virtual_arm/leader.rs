@@ -9,8 +9,8 @@ use nalgebra::Vector3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::chain::{Chain, N_JOINTS};
-use super::gripper::Gripper;
+use super::chain::{BodyChain, N_JOINTS};
+use super::gripper::VirtualGripper;
 use super::world::N_SERVOS;
 
 /// Joint angles [rad], then the aperture [m].
@@ -18,16 +18,16 @@ pub type Posture = [f64; N_SERVOS];
 
 /// How the leader is moved.
 #[derive(Debug, Clone)]
-pub struct Leader {
+pub struct VirtualLeader {
     knots: Vec<(f64, Posture)>,
-    circle: Option<Circle>,
+    circle: Option<TipCircle>,
     tremor: [[Sinus; 3]; N_JOINTS],
     kinematics: Kinematics,
 }
 
 /// A circle of the tip that begins and ends at rest, in between two knots of the same posture.
 #[derive(Debug, Clone, Copy)]
-struct Circle {
+struct TipCircle {
     from: f64,
     until: f64,
     centre: Vector3<f64>,
@@ -64,7 +64,7 @@ fn eased(s: f64) -> f64 {
 }
 
 impl Kinematics {
-    fn of(chain: &Chain) -> Self {
+    fn of(chain: &BodyChain) -> Self {
         let [base, shoulder, elbow, wrist] = [0, 1, 2, 3].map(|k: usize| chain.links[k].origin);
         Self {
             axis: base.x,
@@ -93,9 +93,9 @@ impl Kinematics {
     }
 }
 
-impl Leader {
+impl VirtualLeader {
     /// Of a hand that is not steady, for an arm like `chain`.
-    pub fn new(chain: &Chain, stream: &mut ChaCha8Rng) -> Self {
+    pub fn new(chain: &BodyChain, stream: &mut ChaCha8Rng) -> Self {
         let mut sinus = |k: usize| Sinus {
             amplitude: 0.012 * stream.random_range(0.3..1.0) / (1.0 + k as f64),
             rate: TAU * stream.random_range(0.15..0.4) * (1.0 + k as f64),
@@ -106,7 +106,7 @@ impl Leader {
     }
 
     /// Of a program: without tremor.
-    pub fn steady(chain: &Chain) -> Self {
+    pub fn steady(chain: &BodyChain) -> Self {
         let tremor = [[Sinus { amplitude: 0.0, rate: 0.0, phase: 0.0 }; 3]; N_JOINTS];
         Self { knots: Vec::new(), circle: None, tremor, kinematics: Kinematics::of(chain) }
     }
@@ -135,7 +135,7 @@ impl Leader {
     pub fn circles(&mut self, seconds: f64, tip: Vector3<f64>, pitch: f64, radius: f64, turns: f64) {
         let from = self.knots.last().map_or(0.0, |(time, _)| *time);
         let centre = tip - Vector3::z() * radius;
-        self.circle = Some(Circle { from, until: from + seconds, centre, radius, turns, pitch });
+        self.circle = Some(TipCircle { from, until: from + seconds, centre, radius, turns, pitch });
         self.stays(seconds);
     }
 
@@ -182,7 +182,7 @@ impl Leader {
     }
 
     /// Goals of the servos in a posture [rad].
-    pub fn goals(posture: &Posture, gripper: &Gripper) -> [f64; N_SERVOS] {
+    pub fn goals(posture: &Posture, gripper: &VirtualGripper) -> [f64; N_SERVOS] {
         let mut goals = *posture;
         goals[N_JOINTS] = gripper.angle(posture[N_JOINTS]);
         goals

@@ -34,16 +34,16 @@ mod tests;
 mod trajectory;
 mod world;
 
-pub use chain::{Body, Chain, Configuration, Link, N_JOINTS};
-pub use fault::Fault;
-pub use gripper::Gripper;
-pub use handling::{Control, Moment};
-pub use leader::{Leader, Posture};
+pub use chain::{ArmBody, ArmLink, BodyChain, Configuration, N_JOINTS};
+pub use fault::JointFault;
+pub use gripper::VirtualGripper;
+pub use handling::{ArmControl, Moment};
+pub use leader::{Posture, VirtualLeader};
 pub use nad::{Planned, SPLITS, data_set, fault_set};
 #[cfg(unix)]
-pub use ports::{Follower, HeldLeader};
-pub use robot::{ForceSensor, Spread, Supply, Telemetry, VirtualArm};
-pub use servo::{GearFriction, Heat, Servo, ServoState};
-pub use task::{Course, Degraded, Direction, Labels, Press, Task, Trial};
-pub use telemetry::{Reading, Recorder};
-pub use world::{Acted, ArmWorld, N_SERVOS, Object};
+pub use ports::{HeldLeader, VirtualFollower};
+pub use robot::{ArmVariation, Supply, TelemetryNoise, VirtualArm, VirtualForceSensor};
+pub use servo::{GearFriction, ServoState, VirtualServo, WindingHeat};
+pub use task::{ArmCourse, ArmTask, ArmTrial, Degraded, Labels, PushDirection, PushProfile};
+pub use telemetry::{Reading, TelemetryRecorder};
+pub use world::{AppliedTorques, ArmWorld, N_SERVOS, Object};

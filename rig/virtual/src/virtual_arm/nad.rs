@@ -1,6 +1,6 @@
 //! The data set NAD as the virtual arm would record it: 350 trajectories in the folders of the OpenManipulator-X; and more faults than it has.
 
-use super::task::{Degraded, Direction, Labels, Task, Trial};
+use super::task::{ArmTask, ArmTrial, Degraded, Labels, PushDirection};
 
 /// Names of the parts of a task.
 pub const SPLITS: [&str; 3] = ["train", "validation", "test"];
@@ -19,7 +19,7 @@ pub struct Planned {
     /// From 1.
     pub number: usize,
     /// Trial of the trajectory.
-    pub trial: Trial,
+    pub trial: ArmTrial,
 }
 
 impl Planned {
@@ -57,7 +57,8 @@ pub fn fault_set() -> Vec<Planned> {
         let carried = if grams == 0 { "empty".to_owned() } else { format!("{grams}g") };
         let payload = f64::from(grams) * 1e-3;
         for (name, degraded) in faults {
-            let trial = Trial { task: Task::PickPlace, payload, push: None, degraded, labels: Labels::None };
+            let trial =
+                ArmTrial { task: ArmTask::PickPlace, payload, push: None, degraded, labels: Labels::None };
             let task = format!("pick_place_{carried}_{name}");
             for (split, n) in SPLITS.into_iter().zip(FAULT_TRAJECTORIES) {
                 all.extend((1..=n).map(|number| Planned {
@@ -73,42 +74,50 @@ pub fn fault_set() -> Vec<Planned> {
     all
 }
 
-fn tasks() -> Vec<(&'static str, String, Trial)> {
-    let plain =
-        |task: Task| Trial { task, payload: 0.0, push: None, degraded: Degraded::No, labels: Labels::None };
+fn tasks() -> Vec<(&'static str, String, ArmTrial)> {
+    let plain = |task: ArmTask| ArmTrial {
+        task,
+        payload: 0.0,
+        push: None,
+        degraded: Degraded::No,
+        labels: Labels::None,
+    };
     let mut all = Vec::new();
     let free = [
-        ("backward_forward", Task::BackwardForward),
-        ("circular_ccw", Task::CircularCounterclockwise),
-        ("circular_cw", Task::CircularClockwise),
-        ("go_up_and_stay", Task::GoUpAndStay),
-        ("sweep_1", Task::Sweep(0)),
-        ("sweep_2", Task::Sweep(1)),
-        ("sweep_3", Task::Sweep(2)),
-        ("sweep_4", Task::Sweep(3)),
-        ("sweep_5", Task::Sweep(4)),
-        ("pick_place_empty", Task::PickPlace),
+        ("backward_forward", ArmTask::BackwardForward),
+        ("circular_ccw", ArmTask::CircularCounterclockwise),
+        ("circular_cw", ArmTask::CircularClockwise),
+        ("go_up_and_stay", ArmTask::GoUpAndStay),
+        ("sweep_1", ArmTask::Sweep(0)),
+        ("sweep_2", ArmTask::Sweep(1)),
+        ("sweep_3", ArmTask::Sweep(2)),
+        ("sweep_4", ArmTask::Sweep(3)),
+        ("sweep_5", ArmTask::Sweep(4)),
+        ("pick_place_empty", ArmTask::PickPlace),
     ];
     all.extend(free.map(|(name, task)| ("force_unlabeled", name.to_owned(), plain(task))));
     for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
         for (sign, word) in [(1.0, "plus"), (-1.0, "minus")] {
-            let pushed = |push| Trial { push, labels: Labels::Sensor, ..plain(Task::Push) };
-            let direction = Direction { axis, sign };
+            let pushed = |push| ArmTrial { push, labels: Labels::Sensor, ..plain(ArmTask::Push) };
+            let direction = PushDirection { axis, sign };
             all.push(("force_sensor", format!("{letter}_{word}"), pushed(Some(direction))));
             all.push(("force_sensor", format!("{letter}_{word}_reference"), pushed(None)));
         }
     }
-    let carried =
-        |task, grams: u32| Trial { payload: f64::from(grams) * 1e-3, labels: Labels::Weight, ..plain(task) };
+    let carried = |task, grams: u32| ArmTrial {
+        payload: f64::from(grams) * 1e-3,
+        labels: Labels::Weight,
+        ..plain(task)
+    };
     for grams in [200, 300, 400, 500] {
-        all.push(("weight", format!("go_up_and_stay_still_{grams}g"), carried(Task::GoUpAndStay, grams)));
+        all.push(("weight", format!("go_up_and_stay_still_{grams}g"), carried(ArmTask::GoUpAndStay, grams)));
     }
     for grams in [100, 200, 300, 400, 500] {
-        all.push(("weight", format!("pick_place_object_{grams}g"), carried(Task::PickPlace, grams)));
+        all.push(("weight", format!("pick_place_object_{grams}g"), carried(ArmTask::PickPlace, grams)));
     }
     for (name, payload) in [("empty", 0.0), ("200g", 0.2)] {
         for (condition, degraded) in [("healthy", Degraded::No), ("degraded", Degraded::Band)] {
-            let trial = Trial { payload, degraded, ..plain(Task::PickPlace) };
+            let trial = ArmTrial { payload, degraded, ..plain(ArmTask::PickPlace) };
             all.push(("motor_condition", format!("pick_place_{name}_{condition}"), trial));
         }
     }

@@ -8,12 +8,12 @@ use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
 use super::chain::N_JOINTS;
-use super::fault::Fault;
-use super::gripper::Gripper;
-use super::leader::Leader;
+use super::fault::JointFault;
+use super::gripper::VirtualGripper;
+use super::leader::VirtualLeader;
 use super::robot::VirtualArm;
 use super::servo::TICKS_PER_TURN;
-use super::task::{Course, Trial};
+use super::task::{ArmCourse, ArmTrial};
 use super::telemetry::filter_speeds;
 use super::world::{ArmWorld, N_SERVOS};
 use crate::emulator::{ServoReadings, ServoWorld};
@@ -28,9 +28,9 @@ const SPEED_SPAN: f64 = 8e-3;
 
 /// The follower of a trajectory.
 #[derive(Debug)]
-pub struct Follower {
+pub struct VirtualFollower {
     world: ArmWorld,
-    course: Course,
+    course: ArmCourse,
     /// When the hand begins to move [s].
     begins: f64,
     /// Time that is not yet a step [s].
@@ -44,8 +44,8 @@ pub struct Follower {
 /// The leader of a trajectory, which the hand holds whatever its servos are told.
 #[derive(Debug)]
 pub struct HeldLeader {
-    leader: Leader,
-    gripper: Gripper,
+    leader: VirtualLeader,
+    gripper: VirtualGripper,
     begins: f64,
     time: f64,
     supply: f64,
@@ -54,7 +54,13 @@ pub struct HeldLeader {
 impl VirtualArm {
     /// Both arms of a trajectory at the leader's first posture, without torque; the hand begins to move `begins` [s] later.
     /// Everything that is drawn comes from `seed` and `name`.
-    pub fn arms(&self, trial: &Trial, seed: u64, name: &str, begins: f64) -> (HeldLeader, Follower) {
+    pub fn arms(
+        &self,
+        trial: &ArmTrial,
+        seed: u64,
+        name: &str,
+        begins: f64,
+    ) -> (HeldLeader, VirtualFollower) {
         let stream = |what: &str| rng(seed, &format!("virtual-arm/{name}/{what}"));
         let course = trial.course(self, &mut stream("course"));
         let start = course.leader.at(0.0);
@@ -69,23 +75,23 @@ impl VirtualArm {
         let held = HeldLeader { leader, gripper: self.gripper, begins, time: 0.0, supply: LEADER_SUPPLY };
         let scatter = [[0.0; N_SERVOS]; 2];
         let (speeds, noise) = ([0.0; N_SERVOS], stream("noise"));
-        (held, Follower { world, course, begins, rest: 0.0, speeds, noise, scatter })
+        (held, VirtualFollower { world, course, begins, rest: 0.0, speeds, noise, scatter })
     }
 }
 
-impl Follower {
+impl VirtualFollower {
     /// The arm.
     pub fn world(&self) -> &ArmWorld {
         &self.world
     }
 
     /// Fault of a joint; `None` if there is none.
-    pub fn fault(&self) -> Option<&Fault> {
+    pub fn fault(&self) -> Option<&JointFault> {
         self.course.faults.first()
     }
 }
 
-impl ServoWorld for Follower {
+impl ServoWorld for VirtualFollower {
     fn model(&self) -> &'static ServoModel {
         &XM430_W350
     }
@@ -167,7 +173,7 @@ impl HeldLeader {
 
     /// Angles of the servos at `time` [rad].
     pub fn at(&self, time: f64) -> [f64; N_SERVOS] {
-        Leader::goals(&self.leader.at((time - self.begins).max(0.0)), &self.gripper)
+        VirtualLeader::goals(&self.leader.at((time - self.begins).max(0.0)), &self.gripper)
     }
 }
 

@@ -5,9 +5,9 @@ use nalgebra::Vector3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::chain::{Chain, N_JOINTS};
-use super::gripper::Gripper;
-use super::servo::Servo;
+use super::chain::{BodyChain, N_JOINTS};
+use super::gripper::VirtualGripper;
+use super::servo::VirtualServo;
 use crate::virtual_rig::gaussian;
 
 /// A virtual arm with its gripper, supply and telemetry. Every number is valid and SI.
@@ -16,19 +16,19 @@ pub struct VirtualArm {
     /// Its name.
     pub name: String,
     /// Its bodies.
-    pub chain: Chain,
+    pub chain: BodyChain,
     /// The servos of its joints.
-    pub servos: [Servo; N_JOINTS],
+    pub servos: [VirtualServo; N_JOINTS],
     /// Its gripper.
-    pub gripper: Gripper,
+    pub gripper: VirtualGripper,
     /// Power supply of all servos.
     pub supply: Supply,
     /// Telemetry of the arm.
-    pub telemetry: Telemetry,
+    pub telemetry: TelemetryNoise,
     /// The force sensor at its tip.
-    pub sensor: ForceSensor,
+    pub sensor: VirtualForceSensor,
     /// How individual arms differ.
-    pub spread: Spread,
+    pub spread: ArmVariation,
     /// Step of the simulation [s]; the servos control in every second one.
     pub step: f64,
     /// SHA-256 of the file that it comes from.
@@ -57,7 +57,7 @@ impl Supply {
 
 /// How the servos are read.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Telemetry {
+pub struct TelemetryNoise {
     /// Mean time between rows [s].
     pub period: f64,
     /// Deviation of that time [s].
@@ -76,7 +76,7 @@ pub struct Telemetry {
 
 /// A sensor of force at the tip.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ForceSensor {
+pub struct VirtualForceSensor {
     /// Deviation of each component [N].
     pub noise: f64,
     /// Deviation of the offset of each component, which stays over a trajectory [N].
@@ -85,7 +85,7 @@ pub struct ForceSensor {
 
 /// How far individual arms are from the file, as relative deviations unless a unit is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spread {
+pub struct ArmVariation {
     /// Of every mass.
     pub mass: f64,
     /// Of every component of a centre [m].

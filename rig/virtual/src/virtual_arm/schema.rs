@@ -5,10 +5,10 @@ use hysteron_base::schema::{FixedArray, between, check_header, text, vector_with
 use nalgebra::{Matrix3, Unit, Vector3};
 use serde::Deserialize;
 
-use super::chain::{Body, Chain, Link, N_JOINTS};
-use super::gripper::Gripper;
-use super::robot::{ForceSensor, Spread, Supply, Telemetry, VirtualArm};
-use super::servo::{GearFriction, Heat, Servo};
+use super::chain::{ArmBody, ArmLink, BodyChain, N_JOINTS};
+use super::gripper::VirtualGripper;
+use super::robot::{ArmVariation, Supply, TelemetryNoise, VirtualArm, VirtualForceSensor};
+use super::servo::{GearFriction, VirtualServo, WindingHeat};
 
 type Check<T> = std::result::Result<T, BadInput>;
 
@@ -148,10 +148,10 @@ impl ArmFile {
         for (k, typed) in links.iter().enumerate() {
             checked.push(link(&format!("links[{}]", k + 1), typed)?);
         }
-        let links: [Link; N_JOINTS] = std::array::from_fn(|k| checked[k]);
+        let links: [ArmLink; N_JOINTS] = std::array::from_fn(|k| checked[k]);
         check_layout(&links)?;
         let gravity = vector_within("gravity_m_s2", self.gravity_m_s2, 100.0)?;
-        let chain = Chain {
+        let chain = BodyChain {
             links,
             tip: vector_within("tip_mm", self.tip_mm, 5000.0)?.into(),
             gravity: gravity.into(),
@@ -164,7 +164,7 @@ impl ArmFile {
             gripper: gripper(&self.gripper, servo)?,
             supply: supply(&self.supply)?,
             telemetry: telemetry(&self.telemetry)?,
-            sensor: ForceSensor {
+            sensor: VirtualForceSensor {
                 noise: between("force_sensor.noise_n", self.force_sensor.noise_n, [0.0, 100.0])?,
                 offset: between("force_sensor.offset_n", self.force_sensor.offset_n, [0.0, 100.0])?,
             },
@@ -176,7 +176,7 @@ impl ArmFile {
 }
 
 /// The hand at the leader knows one kind of arm: a vertical axis, then three across it, everything in one plane.
-fn check_layout(links: &[Link; N_JOINTS]) -> Check<()> {
+fn check_layout(links: &[ArmLink; N_JOINTS]) -> Check<()> {
     let expected = ["[0.0, 0.0, 1.0]", "[0.0, 1.0, 0.0]"];
     for (k, link) in links.iter().enumerate() {
         let (axis, expected) = if k == 0 { (Vector3::z(), expected[0]) } else { (Vector3::y(), expected[1]) };
@@ -205,7 +205,7 @@ fn check_layout(links: &[Link; N_JOINTS]) -> Check<()> {
 /// Shortest upper arm and forearm [m].
 const SHORTEST: f64 = 1e-3;
 
-fn link(place: &str, typed: &LinkTable) -> Check<Link> {
+fn link(place: &str, typed: &LinkTable) -> Check<ArmLink> {
     let key = |name: &str| format!("{place}.{name}");
     let axis: Vector3<f64> = vector_within(&key("axis"), typed.axis, 1e3)?.into();
     let Some(axis) = Unit::try_new(axis, 1e-6) else {
@@ -232,11 +232,11 @@ fn link(place: &str, typed: &LinkTable) -> Check<Link> {
         return Err(BadInput::new(key("inertia_kg_m2"), expected, format!("{:?}", typed.inertia_kg_m2))
             .hint("the order is xx, yy, zz, xy, xz, yz, about the centre of mass"));
     }
-    Ok(Link {
+    Ok(ArmLink {
         origin: vector_within(&key("origin_mm"), typed.origin_mm, 5000.0)?.into(),
         axis,
         range,
-        body: Body {
+        body: ArmBody {
             mass,
             centre: vector_within(&key("centre_mm"), typed.centre_mm, 5000.0)?.into(),
             inertia,
@@ -244,7 +244,7 @@ fn link(place: &str, typed: &LinkTable) -> Check<Link> {
     })
 }
 
-fn servo(typed: &ServoTable) -> Check<Servo> {
+fn servo(typed: &ServoTable) -> Check<VirtualServo> {
     let rubs = &typed.friction;
     let dry = |name: &str, typed: f64| between(&format!("servo.friction.{name}"), typed, [0.0, 1e3]);
     // Above 1, a gear under load would hold against any torque.
@@ -273,7 +273,7 @@ fn servo(typed: &ServoTable) -> Check<Servo> {
         alpha: between("servo.friction.alpha", rubs.alpha, [0.1, 10.0])?,
     };
     let warm = &typed.heat;
-    let heat = Heat {
+    let heat = WindingHeat {
         winding: between("servo.heat.winding_j_per_k", warm.winding_j_per_k, [1e-2, 1e9])?,
         to_case: between("servo.heat.to_case_k_per_w", warm.to_case_k_per_w, [1e-3, 1e4])?,
         case: between("servo.heat.case_j_per_k", warm.case_j_per_k, [1e-2, 1e9])?,
@@ -289,7 +289,7 @@ fn servo(typed: &ServoTable) -> Check<Servo> {
         0..=16383 => Ok(typed as f64),
         _ => Err(BadInput::new(format!("servo.{name}"), "a register value, 0 to 16383", typed.to_string())),
     };
-    Ok(Servo {
+    Ok(VirtualServo {
         torque_constant: between(
             "servo.torque_constant_n_m_per_a",
             typed.torque_constant_n_m_per_a,
@@ -308,8 +308,8 @@ fn servo(typed: &ServoTable) -> Check<Servo> {
     })
 }
 
-fn gripper(typed: &GripperTable, servo: Servo) -> Check<Gripper> {
-    Ok(Gripper {
+fn gripper(typed: &GripperTable, servo: VirtualServo) -> Check<VirtualGripper> {
+    Ok(VirtualGripper {
         servo,
         lever: between("gripper.lever_mm", typed.lever_mm, [0.1, 1e3])?,
         closed: within("gripper.closed_deg", typed.closed_deg, 360.0)?,
@@ -330,7 +330,7 @@ fn supply(typed: &SupplyTable) -> Check<Supply> {
 /// Coarsest step, and most noise, of a current [mA] and of a voltage [mV].
 const COARSEST: f64 = 1e5;
 
-fn telemetry(typed: &TelemetryTable) -> Check<Telemetry> {
+fn telemetry(typed: &TelemetryTable) -> Check<TelemetryNoise> {
     let pair = |first: &str, a: f64, second: &str, b: f64| -> Check<[f64; 2]> {
         Ok([
             between(&format!("telemetry.{first}"), a, [1e-6, COARSEST])?,
@@ -344,7 +344,7 @@ fn telemetry(typed: &TelemetryTable) -> Check<Telemetry> {
         let expected = format!("at most a tenth of period_ms, {}", 0.1 * typed.period_ms);
         return Err(BadInput::new("telemetry.jitter_ms", expected, typed.jitter_ms.to_string()));
     }
-    Ok(Telemetry {
+    Ok(TelemetryNoise {
         period,
         jitter,
         late: [
@@ -358,9 +358,9 @@ fn telemetry(typed: &TelemetryTable) -> Check<Telemetry> {
     })
 }
 
-fn spread(typed: &SpreadTable) -> Check<Spread> {
+fn spread(typed: &SpreadTable) -> Check<ArmVariation> {
     let relative = |name: &str, typed: f64| between(&format!("spread.{name}"), typed, [0.0, 0.5]);
-    Ok(Spread {
+    Ok(ArmVariation {
         mass: relative("mass_relative", typed.mass_relative)?,
         centre: between("spread.centre_mm", typed.centre_mm, [0.0, 100.0])?,
         inertia: relative("inertia_relative", typed.inertia_relative)?,

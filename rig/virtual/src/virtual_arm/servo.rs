@@ -15,7 +15,7 @@ const REFERENCE_DEGC: f64 = 25.0;
 
 /// A servo with everything that is true of it. SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Servo {
+pub struct VirtualServo {
     /// Torque per current and back EMF per speed, at the output [N m/A].
     pub torque_constant: f64,
     /// Of winding and bridge [Ω].
@@ -35,7 +35,7 @@ pub struct Servo {
     /// Friction of motor and gear.
     pub friction: GearFriction,
     /// Its heat.
-    pub heat: Heat,
+    pub heat: WindingHeat,
     /// Registers P and D of the position loop.
     pub gains: [f64; 2],
 }
@@ -66,7 +66,7 @@ pub struct GearFriction {
 
 /// A winding in a case in air.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Heat {
+pub struct WindingHeat {
     /// Of the winding [J/K].
     pub winding: f64,
     /// From winding to case [K/W].
@@ -125,7 +125,7 @@ impl GearFriction {
     }
 }
 
-impl Servo {
+impl VirtualServo {
     /// At rest at `angle` [rad], winding and case as warm as `temperature` [°C].
     pub fn resting(angle: f64, temperature: f64) -> ServoState {
         ServoState { angle, winding: temperature, case: temperature, ..ServoState::default() }

@@ -11,7 +11,7 @@ pub const N_SPEEDS: usize = 2 * N_JOINTS;
 
 /// One step's balance.
 #[derive(Debug, Clone, Copy)]
-pub struct Balance {
+pub struct StictionProblem {
     /// Diagonal of A of the rotors [N m s].
     pub rotors: [f64; N_JOINTS],
     /// −A between rotor and link of each joint [N m s].
@@ -32,7 +32,7 @@ const MAX_CHANGES: usize = 8;
 /// Sweeps of coordinate descent in the first and in the last attempt.
 const SWEEPS: [usize; 3] = [20, 200, 2000];
 
-impl Balance {
+impl StictionProblem {
     /// The speeds; `statuses` are a first guess, and then those found.
     pub fn solve(&self, statuses: &mut Statuses) -> [f64; N_SPEEDS] {
         for _ in 0..MAX_CHANGES {

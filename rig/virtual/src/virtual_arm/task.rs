@@ -10,8 +10,8 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::chain::N_JOINTS;
-use super::fault::Fault;
-use super::leader::{Leader, Posture};
+use super::fault::JointFault;
+use super::leader::{Posture, VirtualLeader};
 use super::robot::VirtualArm;
 use super::world::Object;
 
@@ -28,7 +28,7 @@ const TABLE_HEIGHT: f64 = 0.03;
 
 /// A motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Task {
+pub enum ArmTask {
     /// The tip goes far out and back near.
     BackwardForward,
     /// It goes around, clockwise as seen from the arm.
@@ -47,7 +47,7 @@ pub enum Task {
 
 /// A direction of pushing: axis from 0, and sign.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Direction {
+pub struct PushDirection {
     /// 0 to 2.
     pub axis: usize,
     /// 1 or -1.
@@ -56,13 +56,13 @@ pub struct Direction {
 
 /// Definition of one trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Trial {
+pub struct ArmTrial {
     /// Task of the leader.
-    pub task: Task,
+    pub task: ArmTask,
     /// Payload in the jaws [kg]; 0 for nothing.
     pub payload: f64,
     /// From where it is pushed.
-    pub push: Option<Direction>,
+    pub push: Option<PushDirection>,
     /// Whether a joint is degraded; how is drawn.
     pub degraded: Degraded,
     /// Labelled part of the force.
@@ -95,7 +95,7 @@ pub enum Labels {
 
 /// A push that grows, stays and goes.
 #[derive(Debug, Clone, Copy)]
-pub struct Press {
+pub struct PushProfile {
     from: f64,
     until: f64,
     force: Vector3<f64>,
@@ -103,18 +103,18 @@ pub struct Press {
 
 /// Everything drawn for a trajectory.
 #[derive(Debug, Clone)]
-pub struct Course {
+pub struct ArmCourse {
     /// The hand.
-    pub leader: Leader,
+    pub leader: VirtualLeader,
     /// Object on the table, if there is one.
     pub object: Option<Object>,
     /// Pushes.
-    pub presses: Vec<Press>,
+    pub presses: Vec<PushProfile>,
     /// Faults of the arm.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<JointFault>,
 }
 
-impl Press {
+impl PushProfile {
     fn at(&self, time: f64) -> Vector3<f64> {
         let share = (time - self.from) / (self.until - self.from);
         if !(0.0..1.0).contains(&share) {
@@ -125,37 +125,37 @@ impl Press {
     }
 }
 
-impl Course {
+impl ArmCourse {
     /// Force of all pushes at `time` [N].
     pub fn push_at(&self, time: f64) -> Vector3<f64> {
         self.presses.iter().map(|press| press.at(time)).sum()
     }
 }
 
-impl Trial {
+impl ArmTrial {
     /// Draws the trajectory's own way of doing it.
-    pub fn course(&self, arm: &VirtualArm, stream: &mut ChaCha8Rng) -> Course {
-        let mut leader = Leader::new(&arm.chain, stream);
+    pub fn course(&self, arm: &VirtualArm, stream: &mut ChaCha8Rng) -> ArmCourse {
+        let mut leader = VirtualLeader::new(&arm.chain, stream);
         let mut object = None;
         let home = near(stream, &HOME, 0.03);
         leader.then(0.0, home);
         leader.stays(stream.random_range(0.4..0.7));
         match self.task {
-            Task::BackwardForward => backward_forward(&mut leader, stream),
-            Task::CircularClockwise => circular(&mut leader, stream, -1.0),
-            Task::CircularCounterclockwise => circular(&mut leader, stream, 1.0),
-            Task::Sweep(joint) => sweep(&mut leader, stream, joint),
-            Task::GoUpAndStay => object = go_up_and_stay(&mut leader, stream, self.payload),
-            Task::PickPlace => object = pick_place(&mut leader, stream, self.payload),
-            Task::Push => to_and_fro(&mut leader, stream, self.push),
+            ArmTask::BackwardForward => backward_forward(&mut leader, stream),
+            ArmTask::CircularClockwise => circular(&mut leader, stream, -1.0),
+            ArmTask::CircularCounterclockwise => circular(&mut leader, stream, 1.0),
+            ArmTask::Sweep(joint) => sweep(&mut leader, stream, joint),
+            ArmTask::GoUpAndStay => object = go_up_and_stay(&mut leader, stream, self.payload),
+            ArmTask::PickPlace => object = pick_place(&mut leader, stream, self.payload),
+            ArmTask::Push => to_and_fro(&mut leader, stream, self.push),
         }
-        if self.task != Task::Push {
+        if self.task != ArmTask::Push {
             leader.then(stream.random_range(1.6..2.0), home);
             leader.stays(0.4);
         }
         let presses = self.push.map_or_else(Vec::new, |push| presses(push, leader.end(), stream));
         let faults = fault(self.degraded, stream).into_iter().collect();
-        Course { leader, object, presses, faults }
+        ArmCourse { leader, object, presses, faults }
     }
 }
 
@@ -169,7 +169,7 @@ fn about(stream: &mut ChaCha8Rng, tip: [f64; 3], by: f64) -> Vector3<f64> {
     Vector3::from_fn(|k, _| tip[k] + by * stream.random_range(-1.0..1.0))
 }
 
-fn backward_forward(leader: &mut Leader, stream: &mut ChaCha8Rng) {
+fn backward_forward(leader: &mut VirtualLeader, stream: &mut ChaCha8Rng) {
     let rounds = 4;
     for _ in 0..rounds {
         let pitch = stream.random_range(0.1..0.35);
@@ -180,7 +180,7 @@ fn backward_forward(leader: &mut Leader, stream: &mut ChaCha8Rng) {
     }
 }
 
-fn circular(leader: &mut Leader, stream: &mut ChaCha8Rng, sense: f64) {
+fn circular(leader: &mut VirtualLeader, stream: &mut ChaCha8Rng, sense: f64) {
     let pitch = stream.random_range(0.15..0.3);
     let top = about(stream, [0.235, 0.0, 0.215], 0.008);
     leader.reaches(stream.random_range(1.8..2.2), top, pitch, HOME[N_JOINTS]);
@@ -192,7 +192,7 @@ fn circular(leader: &mut Leader, stream: &mut ChaCha8Rng, sense: f64) {
 /// Least and greatest angle of a sweep, the others at home [rad], and aperture [m].
 const SWEEPS: [[f64; 2]; 5] = [[-1.4, 1.4], [-1.3, 0.5], [-1.2, 1.0], [-1.3, 1.6], [0.004, 0.040]];
 
-fn sweep(leader: &mut Leader, stream: &mut ChaCha8Rng, joint: usize) {
+fn sweep(leader: &mut VirtualLeader, stream: &mut ChaCha8Rng, joint: usize) {
     let [least, greatest] = SWEEPS[joint];
     let posture = near(stream, &HOME, 0.08);
     for round in 0..6 {
@@ -206,7 +206,7 @@ fn sweep(leader: &mut Leader, stream: &mut ChaCha8Rng, joint: usize) {
 }
 
 /// Goes to an object on the table and closes the jaws on it, or on nothing; gives the object.
-fn grasp(leader: &mut Leader, stream: &mut ChaCha8Rng, place: Vector3<f64>, pitch: f64) {
+fn grasp(leader: &mut VirtualLeader, stream: &mut ChaCha8Rng, place: Vector3<f64>, pitch: f64) {
     let above = place + Vector3::z() * 0.06;
     leader.reaches(stream.random_range(1.3..1.7), above, pitch, OPEN);
     leader.reaches(stream.random_range(0.8..1.1), place, pitch, OPEN);
@@ -215,7 +215,7 @@ fn grasp(leader: &mut Leader, stream: &mut ChaCha8Rng, place: Vector3<f64>, pitc
     leader.stays(0.25);
 }
 
-fn release(leader: &mut Leader, stream: &mut ChaCha8Rng, place: Vector3<f64>, pitch: f64) {
+fn release(leader: &mut VirtualLeader, stream: &mut ChaCha8Rng, place: Vector3<f64>, pitch: f64) {
     let above = place + Vector3::z() * stream.random_range(0.05..0.07);
     leader.reaches(stream.random_range(1.3..1.7), above, pitch, CLOSED);
     // Down until the table has it.
@@ -229,7 +229,7 @@ fn object(mass: f64, position: Vector3<f64>) -> Option<Object> {
     (mass > 0.0).then_some(Object { mass, width: OBJECT_WIDTH, position })
 }
 
-fn go_up_and_stay(leader: &mut Leader, stream: &mut ChaCha8Rng, payload: f64) -> Option<Object> {
+fn go_up_and_stay(leader: &mut VirtualLeader, stream: &mut ChaCha8Rng, payload: f64) -> Option<Object> {
     let pitch = stream.random_range(0.35..0.55);
     let place = about(stream, [0.22, 0.0, TABLE_HEIGHT], 0.01);
     grasp(leader, stream, place, pitch);
@@ -240,7 +240,7 @@ fn go_up_and_stay(leader: &mut Leader, stream: &mut ChaCha8Rng, payload: f64) ->
     object(payload, place)
 }
 
-fn pick_place(leader: &mut Leader, stream: &mut ChaCha8Rng, payload: f64) -> Option<Object> {
+fn pick_place(leader: &mut VirtualLeader, stream: &mut ChaCha8Rng, payload: f64) -> Option<Object> {
     let pitch = stream.random_range(0.5..0.7);
     let [right, left] = [-0.09, 0.09].map(|y| about(stream, [0.20, y, TABLE_HEIGHT], 0.01));
     let left = Vector3::new(left.x, left.y, right.z);
@@ -254,7 +254,7 @@ fn pick_place(leader: &mut Leader, stream: &mut ChaCha8Rng, payload: f64) -> Opt
 }
 
 /// The same motion with and without a push.
-fn to_and_fro(leader: &mut Leader, stream: &mut ChaCha8Rng, push: Option<Direction>) {
+fn to_and_fro(leader: &mut VirtualLeader, stream: &mut ChaCha8Rng, push: Option<PushDirection>) {
     let axis = push.map_or_else(|| stream.random_range(0..3), |push| push.axis);
     let along = Vector3::from_fn(|k, _| if k == axis { 0.03 } else { 0.0 });
     let pitch = stream.random_range(0.1..0.25);
@@ -268,7 +268,7 @@ fn to_and_fro(leader: &mut Leader, stream: &mut ChaCha8Rng, push: Option<Directi
 }
 
 /// Three pushes with rests between.
-fn presses(push: Direction, end: f64, stream: &mut ChaCha8Rng) -> Vec<Press> {
+fn presses(push: PushDirection, end: f64, stream: &mut ChaCha8Rng) -> Vec<PushProfile> {
     let each = (end - 1.0) / 3.0;
     let press = |k: usize| {
         let from = 1.0 + each * k as f64 + stream.random_range(0.1..0.4);
@@ -277,23 +277,23 @@ fn presses(push: Direction, end: f64, stream: &mut ChaCha8Rng) -> Vec<Press> {
         let force = Vector3::from_fn(|axis, _| {
             if axis == push.axis { push.sign * peak } else { 0.08 * peak * stream.random_range(-1.0..1.0) }
         });
-        Press { from, until, force }
+        PushProfile { from, until, force }
     };
     (0..3).map(press).collect()
 }
 
 /// Fault of joint 3, if it is degraded.
-fn fault(degraded: Degraded, stream: &mut ChaCha8Rng) -> Option<Fault> {
+fn fault(degraded: Degraded, stream: &mut ChaCha8Rng) -> Option<JointFault> {
     let joint = 2;
     match degraded {
         Degraded::No => None,
-        Degraded::Friction => Some(Fault::Friction { joint, factor: stream.random_range(1.3..2.0) }),
-        Degraded::Band => Some(Fault::Band {
+        Degraded::Friction => Some(JointFault::Friction { joint, factor: stream.random_range(1.3..2.0) }),
+        Degraded::Band => Some(JointFault::Band {
             joint,
             stiffness: stream.random_range(0.3..0.9),
             from: stream.random_range(-0.3..0.3),
         }),
-        Degraded::LostTooth => Some(Fault::LostTooth {
+        Degraded::LostTooth => Some(JointFault::LostTooth {
             joint,
             at: stream.random_range(0.2..0.9),
             width: stream.random_range(0.12..0.2),

@@ -17,7 +17,7 @@ use crate::virtual_rig::gaussian;
 
 /// Reads the arm row by row.
 #[derive(Debug)]
-pub struct Recorder {
+pub struct TelemetryRecorder {
     labels: Labels,
     timing: ChaCha8Rng,
     noise: ChaCha8Rng,
@@ -29,14 +29,14 @@ pub struct Recorder {
     /// Speeds as the servos report them [rad/s].
     speeds: [f64; N_SERVOS],
     /// Sums since the last row.
-    sums: Sums,
+    sums: RowSums,
     last_velocity: Vector3<f64>,
-    rows: Vec<Row>,
+    rows: Vec<TelemetryRow>,
 }
 
 /// Sums over the steps of a row.
 #[derive(Debug, Clone, Copy, Default)]
-struct Sums {
+struct RowSums {
     steps: f64,
     motor: [f64; N_JOINTS],
     friction: [f64; N_JOINTS],
@@ -68,7 +68,7 @@ pub struct Reading {
 }
 
 #[derive(Debug, Clone)]
-struct Row {
+struct TelemetryRow {
     time: f64,
     position: [f64; N_SERVOS],
     goal: [f64; N_SERVOS],
@@ -101,7 +101,7 @@ fn rounded(x: f64, step: f64) -> f64 {
     (x / step).round() * step
 }
 
-impl Recorder {
+impl TelemetryRecorder {
     /// Begins at time zero; `seed` and `name` draw its noise.
     pub fn new(arm: &VirtualArm, labels: Labels, seed: u64, name: &str) -> Self {
         let stream = |what: &str| rng(seed, &format!("virtual-arm/{name}/{what}"));
@@ -115,7 +115,7 @@ impl Recorder {
             next: 0.0,
             drawn: 0,
             speeds: [0.0; N_SERVOS],
-            sums: Sums::default(),
+            sums: RowSums::default(),
             last_velocity: Vector3::zeros(),
             rows: Vec::new(),
         }
@@ -148,7 +148,7 @@ impl Recorder {
         let steps = self.sums.steps.max(1.0);
         let configuration = arm.chain.at(&world.q, &world.dq);
         let velocity = configuration.tip_velocity(&world.dq);
-        let since = self.rows.last().map_or(f64::INFINITY, |row: &Row| time - row.time);
+        let since = self.rows.last().map_or(f64::INFINITY, |row: &TelemetryRow| time - row.time);
         let carried = self.sums.carried / steps;
         let inertial = (velocity - self.last_velocity) / since;
         let force = self.sums.force / steps + (arm.chain.gravity - inertial) * carried;
@@ -161,7 +161,7 @@ impl Recorder {
             _ => [None; 3],
         };
         let means = |sums: [f64; N_JOINTS]| sums.map(|sum| sum / steps);
-        self.rows.push(Row {
+        self.rows.push(TelemetryRow {
             time,
             position: every(&mut |k| rounded(world.encoder(k), tick)),
             goal: every(&mut |k| rounded(goals[k], tick)),
@@ -187,7 +187,7 @@ impl Recorder {
             true_position: world.q,
             true_speed: world.dq,
         });
-        self.sums = Sums::default();
+        self.sums = RowSums::default();
         self.schedule(telemetry);
     }
 
@@ -210,7 +210,7 @@ impl Recorder {
     }
 
     /// When the next row is read: rows keep to a clock, around which they scatter, and a few come late.
-    fn schedule(&mut self, telemetry: &super::Telemetry) {
+    fn schedule(&mut self, telemetry: &super::TelemetryNoise) {
         self.drawn += 1;
         let [share, by] = telemetry.late;
         let scatter = telemetry.jitter * gaussian(&mut self.timing).clamp(-3.0, 3.0);
@@ -229,11 +229,11 @@ impl Recorder {
     pub fn finish(self, meta: Metadata) -> Result<Recording, BadInput> {
         let rows = &self.rows;
         let mut channels = Vec::new();
-        let mut add = |name: String, of: &dyn Fn(&Row) -> f64| {
+        let mut add = |name: String, of: &dyn Fn(&TelemetryRow) -> f64| {
             channels.push(Channel::new(name, rows.iter().map(of).collect()));
         };
-        type Values = fn(&Row, usize) -> f64;
-        let telemetry: [(&str, &str, Values); 7] = [
+        type RowValues = fn(&TelemetryRow, usize) -> f64;
+        let telemetry: [(&str, &str, RowValues); 7] = [
             ("q", "rad", |row, k| row.position[k]),
             ("goal", "rad", |row, k| row.goal[k]),
             ("dq", "rad_s", |row, k| row.speed[k]),
@@ -261,7 +261,7 @@ impl Recorder {
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             add(format!("truth_force_{name}_n"), &|row| row.true_force[axis]);
         }
-        let truth: [(&str, &str, Values); 5] = [
+        let truth: [(&str, &str, RowValues); 5] = [
             ("truth_q", "rad", |row, k| row.true_position[k]),
             ("truth_dq", "rad_s", |row, k| row.true_speed[k]),
             ("truth_motor", "n_m", |row, k| row.true_motor[k]),

@@ -4,10 +4,10 @@ use hysteron_base::{Metadata, Recording, rng};
 use nalgebra::Vector3;
 
 use super::chain::N_JOINTS;
-use super::leader::Leader;
+use super::leader::VirtualLeader;
 use super::robot::VirtualArm;
-use super::task::{Degraded, Trial};
-use super::telemetry::Recorder;
+use super::task::{ArmTrial, Degraded};
+use super::telemetry::TelemetryRecorder;
 use super::world::{ArmWorld, N_SERVOS};
 use hysteron_rig::Result;
 
@@ -19,7 +19,7 @@ impl VirtualArm {
     ///
     /// # Errors
     /// `BadInput` if the arm of the file does not keep finite.
-    pub fn record(&self, trial: &Trial, seed: u64, name: &str, meta: Metadata) -> Result<Recording> {
+    pub fn record(&self, trial: &ArmTrial, seed: u64, name: &str, meta: Metadata) -> Result<Recording> {
         let stream = |what: &str| rng(seed, &format!("virtual-arm/{name}/{what}"));
         let course = trial.course(self, &mut stream("course"));
         let temperatures = self.supply.temperatures(&mut stream("heat"));
@@ -30,15 +30,15 @@ impl VirtualArm {
         if let Some(object) = course.object {
             world = world.with_object(object);
         }
-        relax_to_equilibrium(&mut world, &Leader::goals(&start, &self.gripper));
-        let mut recorder = Recorder::new(self, trial.labels, seed, name);
+        relax_to_equilibrium(&mut world, &VirtualLeader::goals(&start, &self.gripper));
+        let mut recorder = TelemetryRecorder::new(self, trial.labels, seed, name);
         let origin = world.time();
         let end = course.leader.end();
         loop {
             let time = world.time() - origin;
             if recorder.is_due(time) {
                 // As a recorder with two arms does: read the leader, send the follower there, read the follower.
-                let goals = Leader::goals(&course.leader.at(time), &self.gripper);
+                let goals = VirtualLeader::goals(&course.leader.at(time), &self.gripper);
                 world.goals = goals.map(Some);
                 recorder.read(&world, time, &goals);
             }
@@ -56,8 +56,8 @@ impl VirtualArm {
 
     fn described(
         &self,
-        trial: &Trial,
-        faults: &[super::Fault],
+        trial: &ArmTrial,
+        faults: &[super::JointFault],
         seed: u64,
         name: &str,
         mut meta: Metadata,

@@ -10,11 +10,11 @@
 
 use nalgebra::Vector3;
 
-use super::chain::{Body, Chain, Configuration, N_JOINTS};
-use super::fault::Fault;
+use super::chain::{ArmBody, BodyChain, Configuration, N_JOINTS};
+use super::fault::JointFault;
 use super::robot::VirtualArm;
-use super::servo::{MotorLine, Servo, ServoState};
-use super::stiction::{Balance, N_SPEEDS, Statuses};
+use super::servo::{MotorLine, ServoState, VirtualServo};
+use super::stiction::{N_SPEEDS, Statuses, StictionProblem};
 
 /// Servos: joints, then the gripper.
 pub const N_SERVOS: usize = N_JOINTS + 1;
@@ -41,16 +41,16 @@ pub struct Object {
 
 /// Where an object is.
 #[derive(Debug, Clone)]
-struct Held {
+struct ObjectState {
     /// The arm with the object.
-    chain: Chain,
+    chain: BodyChain,
     /// Height of its centre at which the table no longer carries it [m].
     lifted: f64,
 }
 
 /// Mean torques and forces on the arm over a step.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Acted {
+pub struct AppliedTorques {
     /// Torques of the motors at the joints [N m].
     pub motor: [f64; N_JOINTS],
     /// All friction of the joints, positive against positive motion [N m].
@@ -63,7 +63,7 @@ pub struct Acted {
 #[derive(Debug, Clone)]
 pub struct ArmWorld {
     arm: VirtualArm,
-    faults: Vec<Fault>,
+    faults: Vec<JointFault>,
     steps: u64,
     /// Angles of the joints [rad].
     pub q: [f64; N_JOINTS],
@@ -82,9 +82,9 @@ pub struct ArmWorld {
     teeth: [f64; N_JOINTS],
     statuses: Statuses,
     object: Option<Object>,
-    held: Option<Held>,
+    held: Option<ObjectState>,
     /// Mean torques and forces in the last step.
-    pub acted: Acted,
+    pub acted: AppliedTorques,
     /// Power that friction, damping and motors took in the last step [W].
     pub lost: [f64; N_JOINTS],
     configuration: Configuration,
@@ -100,7 +100,7 @@ impl ArmWorld {
             steps: 0,
             q,
             dq: [0.0; N_JOINTS],
-            servos: std::array::from_fn(|k| Servo::resting(angle(k), temperatures[k])),
+            servos: std::array::from_fn(|k| VirtualServo::resting(angle(k), temperatures[k])),
             goals: [None; N_SERVOS],
             disturbances: [0.0; N_JOINTS],
             push: Vector3::zeros(),
@@ -109,7 +109,7 @@ impl ArmWorld {
             statuses: [0.0; N_SPEEDS],
             object: None,
             held: None,
-            acted: Acted::default(),
+            acted: AppliedTorques::default(),
             lost: [0.0; N_JOINTS],
             configuration: arm.chain.at(&q, &[0.0; N_JOINTS]),
             arm: arm.clone(),
@@ -117,7 +117,7 @@ impl ArmWorld {
     }
 
     /// With something wrong.
-    pub fn with_faults(mut self, faults: &[Fault]) -> Self {
+    pub fn with_faults(mut self, faults: &[JointFault]) -> Self {
         self.faults = faults.to_vec();
         self
     }
@@ -130,8 +130,9 @@ impl ArmWorld {
 
     /// With a body at the tip that never leaves it.
     pub fn with_payload(mut self, mass: f64, side: f64) -> Self {
-        let body = Body::cube(mass, side, self.arm.chain.tip);
-        self.held = Some(Held { chain: self.arm.chain.with_payload(&body), lifted: f64::NEG_INFINITY });
+        let body = ArmBody::cube(mass, side, self.arm.chain.tip);
+        self.held =
+            Some(ObjectState { chain: self.arm.chain.with_payload(&body), lifted: f64::NEG_INFINITY });
         self.object = Some(Object { mass, width: side, position: self.configuration.tip });
         self.configuration = self.chain().at(&self.q, &self.dq);
         self
@@ -148,7 +149,7 @@ impl ArmWorld {
     }
 
     /// Servo `k`, that of the gripper last.
-    pub fn spec(&self, k: usize) -> &Servo {
+    pub fn spec(&self, k: usize) -> &VirtualServo {
         self.arm.servos.get(k).unwrap_or(&self.arm.gripper.servo)
     }
 
@@ -200,7 +201,7 @@ impl ArmWorld {
         [kinetic + rotors, potential, elastic]
     }
 
-    fn chain(&self) -> &Chain {
+    fn chain(&self) -> &BodyChain {
         self.held.as_ref().map_or(&self.arm.chain, |held| &held.chain)
     }
 
@@ -221,7 +222,7 @@ impl ArmWorld {
         self.steps += 1;
         self.configuration = self.chain().at(&self.q, &self.dq);
         let outside = self.push + self.table();
-        let line = |servo: &Servo, k: usize| match self.goals[k] {
+        let line = |servo: &VirtualServo, k: usize| match self.goals[k] {
             Some(_) => servo.motor(&self.servos[k], self.bus),
             None => MotorLine::OPEN,
         };
@@ -323,7 +324,7 @@ impl ArmWorld {
         sides: &[f64; N_JOINTS],
         h: f64,
     ) -> ([f64; N_SPEEDS], [f64; N_JOINTS], [f64; N_SPEEDS]) {
-        let mut balance = Balance {
+        let mut balance = StictionProblem {
             rotors: [0.0; N_JOINTS],
             coupling: [0.0; N_JOINTS],
             links: self.configuration.mass.map(|row| row.map(|m| m / h)),
@@ -376,9 +377,9 @@ impl ArmWorld {
         match (&self.held, holds) {
             (None, true) => {
                 // The table carries all of it, and less as it is lifted.
-                let body = Body::cube(object.mass, object.width, self.arm.chain.tip);
+                let body = ArmBody::cube(object.mass, object.width, self.arm.chain.tip);
                 let lifted = tip.z + object.mass * weight / TABLE[0];
-                self.held = Some(Held { chain: self.arm.chain.with_payload(&body), lifted });
+                self.held = Some(ObjectState { chain: self.arm.chain.with_payload(&body), lifted });
             }
             (Some(held), false) => {
                 object.position.z = held.lifted - object.mass * weight / TABLE[0];

@@ -7,12 +7,12 @@
 use super::linear::{
     IDENTITY, Lu, M3, V3, about_z, add, apply, apply_transposed, cross, dot, product, quaternion, scale, sub,
 };
-use super::section::Section;
+use super::section::SectionPose;
 use hysteron_actuator::{Prony, PronyStep, TendonModel, TendonTrial};
 
 /// Whether a factor of the tangent is used for more than one iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Factors {
+pub(crate) enum FactorReuse {
     WhileTheyServe,
     AlwaysNew,
 }
@@ -48,7 +48,7 @@ pub(crate) struct BodySpec {
 
 /// A body with its tendons and their memory.
 #[derive(Debug, Clone)]
-pub(crate) struct Body {
+pub(crate) struct TendonBody {
     pub(crate) spec: BodySpec,
     /// Strains of each section: bending, bending, torsion [rad], stretch [-] (n_sections).
     pub(crate) strains: Vec<[f64; 4]>,
@@ -72,16 +72,16 @@ pub(crate) struct Body {
     /// Forces on the section ends but the tip's, and on the tip, in the principal axes [N].
     pub(super) node_force: V3,
     pub(super) tip_force: V3,
-    pub(super) use_of_factor: Factors,
-    pub(super) work: Workspace,
+    pub(super) use_of_factor: FactorReuse,
+    pub(super) work: EquilibriumScratch,
 }
 
 /// Scratch of the equilibrium.
 #[derive(Debug, Clone)]
-pub(super) struct Workspace {
-    pub(super) sections: Vec<Section>,
+pub(super) struct EquilibriumScratch {
+    pub(super) sections: Vec<SectionPose>,
     /// Segments of the tendons (n_sections × n_tendons).
-    segments: Vec<Segment>,
+    segments: Vec<TendonSegment>,
     /// Lengths (n_segments) and wraps (n_segments + 1) per tendon.
     lengths: Vec<Vec<f64>>,
     pub(super) wraps: Vec<Vec<f64>>,
@@ -105,7 +105,7 @@ pub(super) struct Workspace {
 
 /// A tendon between two guides.
 #[derive(Debug, Clone, Copy, Default)]
-struct Segment {
+struct TendonSegment {
     /// Its length [m], and how that changes with the section's strains.
     length: f64,
     by: [f64; 4],
@@ -117,7 +117,7 @@ struct Segment {
     end_by: [V3; 4],
 }
 
-impl Body {
+impl TendonBody {
     /// A body at rest with `tendons` that have as many segments as it has sections, and one more.
     pub(crate) fn new(spec: BodySpec, tendons: Vec<TendonModel>) -> Self {
         let n = spec.n_sections;
@@ -131,9 +131,9 @@ impl Body {
         let guides: Vec<V3> = spec.guides.iter().map(|g| apply(&to_axes, [g[0], g[1], 0.0])).collect();
         let weight = scale(spec.mass / n as f64, apply(&to_axes, spec.gravity));
         let strains = vec![natural; n];
-        let work = Workspace {
-            sections: vec![Section::default(); n],
-            segments: vec![Segment::default(); n * guides.len()],
+        let work = EquilibriumScratch {
+            sections: vec![SectionPose::default(); n],
+            segments: vec![TendonSegment::default(); n * guides.len()],
             lengths: tendons.iter().map(|tendon| tendon.spec.rest_lengths.clone()).collect(),
             wraps: tendons.iter().map(|tendon| vec![0.0; tendon.n_segments() + 1]).collect(),
             trials: tendons.iter().map(TendonModel::trial).collect(),
@@ -164,7 +164,7 @@ impl Body {
             tendons,
             strains,
             spec,
-            use_of_factor: Factors::WhileTheyServe,
+            use_of_factor: FactorReuse::WhileTheyServe,
             work,
         };
         body.place(true);
@@ -186,7 +186,7 @@ impl Body {
             work.trial_strains.copy_from_slice(&self.strains);
         }
         for (s, strain) in work.trial_strains.iter().enumerate() {
-            let section = Section::new(strain, length);
+            let section = SectionPose::new(strain, length);
             let (q, p) = work.nodes[s];
             work.nodes[s + 1] = (product(&q, &section.r), add(p, apply(&q, section.d)));
             work.sections[s] = section;
@@ -210,7 +210,7 @@ impl Body {
         self.measure_tendons();
         let n_tendons = self.tendons.len();
         let n_terms = self.spec.prony.n_terms();
-        let Workspace { trials, lengths, wraps, segments, residual, prony, trial_strains, .. } =
+        let EquilibriumScratch { trials, lengths, wraps, segments, residual, prony, trial_strains, .. } =
             &mut self.work;
         for (k, tendon) in self.tendons.iter().enumerate() {
             tendon.solve(&lengths[k], &wraps[k], pulled[k], &mut trials[k]);
@@ -263,7 +263,7 @@ impl Body {
                 let angle = 2.0 * (0.5 * dot(gap, gap).sqrt()).min(1.0).asin();
                 work.wraps[k][s + 1] = if s == 0 { angle + self.spec.base_wrap } else { angle };
                 work.lengths[k][s + 1] = length;
-                work.segments[s * n_tendons + k] = Segment { length, by, unit, arm, end_by };
+                work.segments[s * n_tendons + k] = TendonSegment { length, by, unit, arm, end_by };
             }
         }
     }
@@ -307,7 +307,7 @@ impl Body {
             }
         }
         self.add_load_tangent();
-        let Workspace { lu, trials, segments, .. } = &mut self.work;
+        let EquilibriumScratch { lu, trials, segments, .. } = &mut self.work;
         for (k, trial) in trials.iter_mut().enumerate() {
             trial.tangent(&self.tendons[k]);
             for s in 0..n {

@@ -1,7 +1,7 @@
 //! Members of a population of virtual robots.
 
 use super::linear::{V3, dot, scale};
-use super::population::{Population, Ranges, Spread};
+use super::population::{Population, PopulationSpread, Ranges};
 use super::robot::VirtualRobot;
 use hysteron_actuator::FrictionLaw;
 use hysteron_base::rng;
@@ -22,7 +22,7 @@ impl VirtualRobot {
     }
 }
 
-impl Spread {
+impl PopulationSpread {
     fn draw(&self, middle: &VirtualRobot, seed: u64) -> VirtualRobot {
         let mut robot = middle.clone();
         let mut rng = rng(seed, "virtual-rig/population");

@@ -3,7 +3,7 @@
 //! A factor of the tangent serves over many steps: guides change between sticking and sliding far less often than the
 //! body is balanced. The residual decides, so an old factor costs iterations and never accuracy.
 
-use super::body::{Body, Factors};
+use super::body::{FactorReuse, TendonBody};
 
 /// Residual at which a state counts as balanced, as strain of one section [-].
 const ACCURACY: f64 = 1e-9;
@@ -27,7 +27,7 @@ pub(crate) struct StepReport {
     pub(crate) failures: usize,
 }
 
-impl Body {
+impl TendonBody {
     /// Takes the body to the strokes less slack `pulled` (n_tendons) [m] over `h` [s].
     ///
     /// A step that does not converge is divided; a part that never does leaves the best state found, and is counted.
@@ -36,7 +36,7 @@ impl Body {
         if !(pulled.iter().all(|pulled| pulled.is_finite()) && h >= 0.0) {
             return StepReport { failures: 1, ..report };
         }
-        if self.newton(pulled, h, Patience::Full, &mut report) {
+        if self.newton(pulled, h, NewtonEffort::Full, &mut report) {
             self.commit(pulled, h);
             return report;
         }
@@ -60,7 +60,7 @@ impl Body {
             for k in 0..part.len() {
                 part[k] = start[k] + share * (pulled[k] - start[k]);
             }
-            let patience = if is_last { Patience::Last } else { Patience::Full };
+            let patience = if is_last { NewtonEffort::Last } else { NewtonEffort::Full };
             if self.newton(&part, h / n as f64, patience, report) {
                 self.commit(&part, h / n as f64);
             } else if let Some(saved) = saved {
@@ -76,7 +76,7 @@ impl Body {
     }
 
     /// Newton's method; true where the trial state is balanced.
-    fn newton(&mut self, pulled: &[f64], h: f64, patience: Patience, report: &mut StepReport) -> bool {
+    fn newton(&mut self, pulled: &[f64], h: f64, patience: NewtonEffort, report: &mut StepReport) -> bool {
         if self.work.prony_step != h {
             self.spec.prony.step_into(h, &mut self.work.prony);
             self.work.prony_step = h;
@@ -107,7 +107,7 @@ impl Body {
             let most_halvings = if is_fresh { MAX_HALVINGS } else { 1 };
             let next = self.search(pulled, norm, most_halvings, report);
             // An old factor is kept while it serves, a new one only if it serves at once.
-            self.work.has_factor = self.use_of_factor != Factors::AlwaysNew
+            self.work.has_factor = self.use_of_factor != FactorReuse::AlwaysNew
                 && next.is_some_and(|next| next <= KEPT_BELOW * norm);
             match next {
                 Some(next) => norm = next,
@@ -121,7 +121,7 @@ impl Body {
             }
         }
         self.work.has_factor = false;
-        patience == Patience::Last && norm <= LAST_RESORT * unit
+        patience == NewtonEffort::Last && norm <= LAST_RESORT * unit
     }
 
     /// Strains as the last step suggests.
@@ -173,7 +173,7 @@ impl Body {
 
 /// How much is asked of Newton's method.
 #[derive(Clone, Copy, PartialEq)]
-enum Patience {
+enum NewtonEffort {
     Full,
     Last,
 }

@@ -23,11 +23,11 @@ mod world;
 
 pub(crate) use draw::gaussian;
 pub use loops::{LoopWidth, loop_width};
-pub use population::{Population, Ranges, Spread};
+pub use population::{Population, PopulationSpread, Ranges};
 pub use robot::{BodyParameters, ServoParameters, TendonParameters, TrackerParameters, VirtualRobot};
 pub use sensor::TrackedPose;
-pub use simulated::{Hand, SimulatedRig};
-pub use world::{BalanceCounts, Energy, World};
+pub use simulated::{ExternalForceHandle, SimulatedRig};
+pub use world::{BalanceCounts, RigEnergy, World};
 
 use hysteron_rig::config::RIG_FILE;
 

@@ -5,14 +5,14 @@
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Population {
     /// Normally distributed around it: the same design from the same bench.
-    Around(Spread),
+    Around(PopulationSpread),
     /// Evenly between limits, mounted anyhow, measured in any frame, with another law of friction.
     Wide(Ranges),
 }
 
 /// Standard deviations over a population: relative ones as logarithms.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spread {
+pub struct PopulationSpread {
     /// Of all stiffnesses of the body together [-].
     pub stiffness: f64,
     /// Of the ratio of the two bending stiffnesses [-].

@@ -1,7 +1,7 @@
 //! The part of a robot's file that says how members of its population differ, exactly as typed; and its bounds.
 
 use super::bounds::{Check, not_negative, require};
-use super::population::{Population, Ranges, Spread};
+use super::population::{Population, PopulationSpread, Ranges};
 use hysteron_base::BadInput;
 use hysteron_base::schema::FixedArray;
 use serde::Deserialize;
@@ -54,9 +54,9 @@ pub(super) fn population(spread: Option<SpreadFile>, ranges: Option<RangesFile>)
     }
 }
 
-fn spread(typed: &SpreadFile) -> Check<Spread> {
+fn spread(typed: &SpreadFile) -> Check<PopulationSpread> {
     let deviation = |key: &str, x: f64| not_negative(&format!("spread.{key}"), x);
-    Ok(Spread {
+    Ok(PopulationSpread {
         stiffness: deviation("stiffness_relative", typed.stiffness_relative)?,
         anisotropy: deviation("anisotropy_relative", typed.anisotropy_relative)?,
         axes_angle: deviation("principal_axes_deg", typed.principal_axes_deg)?,

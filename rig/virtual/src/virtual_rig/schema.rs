@@ -20,17 +20,17 @@ pub(super) struct RobotFile {
     format: String,
     version: i64,
     name: String,
-    body: Body,
-    tendons: Tendons,
-    servos: Servos,
-    tracker: Tracker,
+    body: BodyTable,
+    tendons: VirtualTendonsTable,
+    servos: VirtualServosTable,
+    tracker: VirtualTrackerTable,
     spread: Option<SpreadFile>,
     ranges: Option<RangesFile>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Body {
+struct BodyTable {
     length_mm: f64,
     sections: i64,
     bending_stiffness_n_m2: FixedArray<f64, 2>,
@@ -49,7 +49,7 @@ struct Body {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Tendons {
+struct VirtualTendonsTable {
     radius_mm: f64,
     angles_deg: Vec<f64>,
     /// Where radius and angle say where absent.
@@ -78,7 +78,7 @@ enum LawName {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Servos {
+struct VirtualServosTable {
     pulley_radius_mm: f64,
     /// As `pulley_radius_mm` says where absent.
     true_radii_mm: Option<Vec<f64>>,
@@ -100,7 +100,7 @@ struct Servos {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Tracker {
+struct VirtualTrackerTable {
     rate_hz: f64,
     position_noise_mm: f64,
     orientation_noise_deg: f64,
@@ -140,7 +140,7 @@ impl RobotFile {
     }
 }
 
-fn body(typed: Body) -> Check<BodyParameters> {
+fn body(typed: BodyTable) -> Check<BodyParameters> {
     let n_sections = match usize::try_from(typed.sections) {
         Ok(n) if (1..=MAX_SECTIONS).contains(&typed.sections) => n,
         _ => {
@@ -172,7 +172,7 @@ fn body(typed: Body) -> Check<BodyParameters> {
     })
 }
 
-fn tendons(typed: Tendons) -> Check<TendonParameters> {
+fn tendons(typed: VirtualTendonsTable) -> Check<TendonParameters> {
     let n = typed.angles_deg.len();
     same_count("tendons.slack_mm", n, typed.slack_mm.len())?;
     let each = |key: &str, values: Vec<f64>| -> Check<Vec<f64>> {
@@ -231,7 +231,7 @@ fn law(name: Option<LawName>, presliding_mm: Option<f64>) -> Check<FrictionLaw> 
     positive(KEY, length).map(of_length)
 }
 
-fn servos(typed: Servos, n_tendons: usize) -> Check<ServoParameters> {
+fn servos(typed: VirtualServosTable, n_tendons: usize) -> Check<ServoParameters> {
     same_count("servos.directions", n_tendons, typed.directions.len())?;
     let mut directions = Vec::with_capacity(n_tendons);
     for (k, direction) in typed.directions.into_iter().enumerate() {
@@ -274,7 +274,7 @@ fn servos(typed: Servos, n_tendons: usize) -> Check<ServoParameters> {
     })
 }
 
-fn tracker(typed: &Tracker) -> Check<TrackerParameters> {
+fn tracker(typed: &VirtualTrackerTable) -> Check<TrackerParameters> {
     let dropout = typed.dropout_probability;
     Ok(TrackerParameters {
         rate: require("tracker.rate_hz", "0 < x <= 1000", typed.rate_hz, {

@@ -7,7 +7,7 @@ use super::linear::{IDENTITY, M3, V3, add, cross, scale};
 
 /// Where the end of a section stands in the frame of its beginning, and how that changes with θ and ε.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Section {
+pub(crate) struct SectionPose {
     /// Orientation of the end.
     pub(crate) r: M3,
     /// Position of the end [m].
@@ -26,13 +26,13 @@ pub(crate) struct Section {
     rest_length: f64,
 }
 
-impl Default for Section {
+impl Default for SectionPose {
     fn default() -> Self {
         Self::new(&[0.0; 4], 1.0)
     }
 }
 
-impl Section {
+impl SectionPose {
     /// The section with strains θ [rad] and ε [-] whose length at rest is `length` [m].
     pub(crate) fn new(strain: &[f64; 4], length: f64) -> Self {
         let theta = [strain[0], strain[1], strain[2]];
@@ -140,13 +140,13 @@ mod tests {
     #[test]
     fn derivatives_are_those_of_position_and_orientation() {
         for strain in [[0.1, -0.2, 0.05, 0.02], [0.9, 0.8, -0.5, -0.1], [0.0; 4]] {
-            let section = Section::new(&strain, 0.01);
+            let section = SectionPose::new(&strain, 0.01);
             let h = 1e-6;
             for j in 0..4 {
                 let shifted = |sign: f64| {
                     let mut strain = strain;
                     strain[j] += sign * h;
-                    Section::new(&strain, 0.01)
+                    SectionPose::new(&strain, 0.01)
                 };
                 let (high, low) = (shifted(1.0), shifted(-1.0));
                 for i in 0..3 {
@@ -168,13 +168,13 @@ mod tests {
     #[test]
     fn second_derivatives_are_right_to_leading_order() {
         let (strain, force, h) = ([0.02, -0.03, 0.01, 0.01], [0.3, -0.7, 0.5], 1e-5);
-        let bend = Section::new(&strain, 0.01).bend(force);
+        let bend = SectionPose::new(&strain, 0.01).bend(force);
         for j in 0..4 {
             for k in 0..4 {
                 let shifted = |sign: f64| {
                     let mut strain = strain;
                     strain[k] += sign * h;
-                    super::super::linear::dot(force, Section::new(&strain, 0.01).d_by[j])
+                    super::super::linear::dot(force, SectionPose::new(&strain, 0.01).d_by[j])
                 };
                 let difference = (shifted(1.0) - shifted(-1.0)) / (2.0 * h);
                 assert!(

@@ -23,7 +23,7 @@ pub struct TrackedPose {
 
 /// The tracker and what it has not sent yet.
 #[derive(Debug, Clone)]
-pub(super) struct Tracker {
+pub(super) struct VirtualTracker {
     parameters: TrackerParameters,
     /// Rotation from the robot's axes to the tracker's.
     rotation: [f64; 4],
@@ -39,7 +39,7 @@ pub(super) struct Tracker {
     timing: ChaCha8Rng,
 }
 
-impl Tracker {
+impl VirtualTracker {
     pub(super) fn new(parameters: TrackerParameters, seed: u64) -> Self {
         let mut timing = rng(seed, "virtual-rig/tracker/timing");
         let mut drift = rng(seed, "virtual-rig/tracker/drift");

@@ -11,9 +11,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// The force that somebody exerts on the tip of a simulated rig while it is recorded. Clones are the same hand.
 #[derive(Debug, Clone, Default)]
-pub struct Hand(Arc<Mutex<[f64; 3]>>);
+pub struct ExternalForceHandle(Arc<Mutex<[f64; 3]>>);
 
-impl Hand {
+impl ExternalForceHandle {
     /// Exerts this force, in the robot's frame [N], from the next cycle on.
     pub fn push(&self, force: [f64; 3]) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = force;
@@ -32,7 +32,7 @@ pub struct SimulatedRig {
     poses: Vec<TrackedPose>,
     cycles: BusCounts,
     /// Where there is one, tensions and the force on the tip are recorded as they truly are.
-    hand: Option<Hand>,
+    hand: Option<ExternalForceHandle>,
 }
 
 impl SimulatedRig {
@@ -50,7 +50,7 @@ impl SimulatedRig {
 
     /// Gives the tip into somebody's hand: tensions at the pulleys and the force on the tip are then instruments of the
     /// rig, without error.
-    pub fn give_to(&mut self, hand: Hand) {
+    pub fn give_to(&mut self, hand: ExternalForceHandle) {
         self.hand = Some(hand);
     }
 

@@ -3,11 +3,11 @@
 //! Time goes in ticks of one millisecond, however it is asked for: the servos move at every tick, the body finds its
 //! balance at every tenth. Between two balances each servo feels the tension of the last one.
 
-use super::body::Factors;
-use super::body::{Body, BodySpec};
+use super::body::FactorReuse;
+use super::body::{BodySpec, TendonBody};
 use super::equilibrium::StepReport;
 use super::robot::VirtualRobot;
-use super::sensor::{TrackedPose, Tracker};
+use super::sensor::{TrackedPose, VirtualTracker};
 use hysteron_actuator::{
     DriveLoad, Gains, Play, Servo, ServoCommand, ServoSpec, Stribeck, TendonModel, TendonSpec,
 };
@@ -23,7 +23,7 @@ const TICKS_PER_BALANCE: u64 = 10;
 
 /// Energy of body and tendons.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Energy {
+pub struct RigEnergy {
     /// Held by rod, Maxwell elements, tendons and weight [J].
     pub stored: f64,
     /// Turned into heat by the guides since power-on [J].
@@ -55,14 +55,14 @@ pub struct World {
     servos: Vec<Servo>,
     /// Torque of whoever holds a pulley (n_servos) [N m].
     disturbances: Vec<f64>,
-    robot: Option<Robot>,
+    robot: Option<RigRobot>,
 }
 
 /// Robot on the pulleys.
 #[derive(Debug, Clone)]
-struct Robot {
-    body: Body,
-    tracker: Tracker,
+struct RigRobot {
+    body: TendonBody,
+    tracker: VirtualTracker,
     /// Pulley radius with the sign of the winding direction (n_servos) [m].
     arms: Vec<f64>,
     /// Angles at power-on (n_servos) [rad].
@@ -91,7 +91,7 @@ impl World {
         let mut drive = robot.servos.spec.drive();
         drive.supply.voltage = robot.servos.supply;
         let servos = zeros.iter().map(|&angle| Servo::new(drive.clone(), angle)).collect();
-        Self { robot: Some(Robot::new(robot, zeros, seed)), ..Self::of(servos) }
+        Self { robot: Some(RigRobot::new(robot, zeros, seed)), ..Self::of(servos) }
     }
 
     /// Servos with nothing on their pulleys.
@@ -255,8 +255,8 @@ impl World {
     }
 
     /// Energy in body and tendons.
-    pub fn energy(&self) -> Energy {
-        self.robot.as_ref().map_or(Energy::default(), |robot| Energy {
+    pub fn energy(&self) -> RigEnergy {
+        self.robot.as_ref().map_or(RigEnergy::default(), |robot| RigEnergy {
             stored: robot.body.stored_energy(),
             friction_heat: robot.body.tendons.iter().map(|tendon| tendon.dissipated).sum(),
             creep_heat: robot.body.creep_heat,
@@ -266,7 +266,7 @@ impl World {
     /// From now on factorises the tangent in every iteration, as plain Newton's method does: for comparisons.
     pub fn always_factorise(&mut self) {
         if let Some(robot) = &mut self.robot {
-            robot.body.use_of_factor = Factors::AlwaysNew;
+            robot.body.use_of_factor = FactorReuse::AlwaysNew;
         }
     }
 
@@ -283,7 +283,7 @@ fn commands(servos: &[Servo]) -> Vec<ServoCommand> {
     servos.iter().map(command).collect()
 }
 
-impl Robot {
+impl RigRobot {
     fn new(robot: &VirtualRobot, zeros: Vec<f64>, seed: u64) -> Self {
         let (body, tendons) = (&robot.body, &robot.tendons);
         let section = body.length / body.n_sections as f64;
@@ -318,7 +318,7 @@ impl Robot {
             base_wrap: tendons.base_wrap,
         };
         let all = tendons.angles.iter().map(|_| TendonModel::of_valid(spec.clone())).collect();
-        let mut body = Body::new(spec_of_body, all);
+        let mut body = TendonBody::new(spec_of_body, all);
         let mut counts = BalanceCounts::default();
         let pulled: Vec<f64> = tendons.slack.iter().map(|slack| -slack).collect();
         // So long ago that all creep from gravity and pretension is over.
@@ -326,7 +326,7 @@ impl Robot {
         let (orientation, position) = body.tip();
         Self {
             body,
-            tracker: Tracker::new(robot.tracker, seed),
+            tracker: VirtualTracker::new(robot.tracker, seed),
             arms: robot
                 .servos
                 .directions

@@ -1,8 +1,8 @@
 //! The calibration against the truth of the virtual rig.
 
-use hysteron_rig::calibration::{Calibration, calibrate};
+use hysteron_rig::calibration::{RigCalibration, calibrate};
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::session::Session;
+use hysteron_rig::session::RigSession;
 use hysteron_rig::tracker::Registration;
 use hysteron_rig::{Error, Hardware, Result};
 use hysteron_virtual_rig::virtual_rig::{SimulatedRig, VirtualRobot, rig_file};
@@ -15,7 +15,7 @@ fn typical() -> (VirtualRobot, RigConfig) {
 }
 
 /// Calibrates a robot just switched on.
-fn calibrated(robot: &VirtualRobot, rig: &RigConfig, seed: u64) -> (Result<Calibration>, SimulatedRig) {
+fn calibrated(robot: &VirtualRobot, rig: &RigConfig, seed: u64) -> (Result<RigCalibration>, SimulatedRig) {
     let mut hardware = SimulatedRig::new(robot, rig, seed);
     let found = calibrate(&mut hardware, rig, "today".into(), &|| false, &mut |_| {});
     (found, hardware)
@@ -58,7 +58,7 @@ fn zeros_lie_where_the_tendons_carry_their_pretension() {
         }
         // At rest every tendon is taut, and none carries twice its pretension: friction of the guides (15 % over the
         // wrap at the base), play and the curved body (1.3 N from one side to the other) leave no more.
-        let mut session = Session::start(&mut hardware, &rig, &found, 100.0).unwrap();
+        let mut session = RigSession::start(&mut hardware, &rig, &found, 100.0).unwrap();
         session.slew(&[0.0; 4], 1.0, &|| false).unwrap();
         drop(session);
         for k in 0..4 {

@@ -2,12 +2,12 @@
 //! back; and two servos with one id are told from silence and from damage.
 
 use super::session::Stand;
-use hysteron_rig::bus::registers::{RegisterSpec, Role, StoredRegisters, TABLE};
-use hysteron_rig::bus::xl430::{self, Register, drive};
+use hysteron_rig::bus::registers::{RegisterRole, RegisterSpec, StoredRegisters, TABLE};
+use hysteron_rig::bus::xl430::{self, ControlRegister, drive};
 use hysteron_rig::bus::{RegisterBaseline, TorqueState};
-use hysteron_rig::session::Session;
+use hysteron_rig::session::RigSession;
 use hysteron_rig::{Error, Hardware, LiveRig};
-use hysteron_virtual_rig::emulator::{Fault, FaultKind};
+use hysteron_virtual_rig::emulator::{BusFault, FaultKind};
 
 /// The servo whose registers are touched.
 const TOUCHED: u8 = 2;
@@ -17,11 +17,11 @@ fn open(stand: &Stand) -> LiveRig {
 }
 
 /// Writes a register of the touched servo as somebody else's program would.
-fn touch(stand: &Stand, register: Register, value: i64) -> Result<(), Error> {
+fn touch(stand: &Stand, register: ControlRegister, value: i64) -> Result<(), Error> {
     open(stand).bus().write(TOUCHED, register, (value as i32).cast_unsigned())
 }
 
-fn read(stand: &Stand, register: Register) -> i64 {
+fn read(stand: &Stand, register: ControlRegister) -> i64 {
     i64::from(open(stand).bus().read(TOUCHED, register).unwrap().cast_signed())
 }
 
@@ -48,7 +48,9 @@ fn every_register_that_is_stored_is_noticed_when_it_changes_and_is_written_back(
     let is_walked = |spec: &&RegisterSpec| {
         // The firmware cannot be written, and only this protocol is spoken here: both below.
         let is_fixed = [xl430::FIRMWARE, xl430::PROTOCOL].contains(&spec.register);
-        matches!(spec.role, Role::Stored(_)) && spec.is_of(&hysteron_rig::bus::model::XL430_W250) && !is_fixed
+        matches!(spec.role, RegisterRole::Stored(_))
+            && spec.is_of(&hysteron_rig::bus::model::XL430_W250)
+            && !is_fixed
     };
     for spec in TABLE.iter().filter(is_walked) {
         let before = read(&stand, spec.register);
@@ -80,7 +82,7 @@ fn every_register_that_is_stored_is_noticed_when_it_changes_and_is_written_back(
 #[test]
 fn every_register_that_a_run_sets_is_noted_and_holds_that_afterwards() {
     let stand = Stand::new();
-    let set = |spec: &&RegisterSpec| matches!(spec.role, Role::Set(_));
+    let set = |spec: &&RegisterSpec| matches!(spec.role, RegisterRole::Set(_));
     let mut wanted = Vec::new();
     open(&stand).prepare().unwrap();
     for spec in TABLE.iter().filter(set) {
@@ -174,7 +176,7 @@ fn a_session_without_a_look_at_the_registers_gets_no_torque() {
     let stand = Stand::new();
     let calibration = stand.calibration(&mut open(&stand)).unwrap();
     let mut rig = open(&stand);
-    let why = Session::start(&mut rig, &stand.rig, &calibration, 100.0).unwrap_err().to_string();
+    let why = RigSession::start(&mut rig, &stand.rig, &calibration, 100.0).unwrap_err().to_string();
     assert!(why.contains("have not been read and compared"), "{why}");
     assert!(!stand.emulator.torque_on().contains(&true));
 }
@@ -199,7 +201,7 @@ fn two_servos_with_one_id_are_told_from_silence_and_from_damage() {
     assert!(why.contains("servo 1: two servos") && why.contains("give each an id of its own"), "{why}");
     // One without power.
     let stand = Stand::new();
-    stand.emulator.inject(Fault::new(0.0, FaultKind::UnplugServo).of_servo(TOUCHED)).unwrap();
+    stand.emulator.inject(BusFault::new(0.0, FaultKind::UnplugServo).of_servo(TOUCHED)).unwrap();
     std::thread::sleep(std::time::Duration::from_millis(50));
     let mut impatient = stand.rig.clone();
     impatient.servos.reply_timeout = 0.1;
@@ -209,7 +211,7 @@ fn two_servos_with_one_id_are_told_from_silence_and_from_damage() {
     assert!(!why.contains("two servos"), "{why}");
     // One with a hardware error.
     let stand = Stand::new();
-    stand.emulator.inject(Fault::new(0.0, FaultKind::Overload).of_servo(TOUCHED)).unwrap();
+    stand.emulator.inject(BusFault::new(0.0, FaultKind::Overload).of_servo(TOUCHED)).unwrap();
     std::thread::sleep(std::time::Duration::from_millis(50));
     let why = check(&stand);
     assert!(
@@ -218,7 +220,7 @@ fn two_servos_with_one_id_are_told_from_silence_and_from_damage() {
     );
     // A cable that damages the answers of all.
     let stand = Stand::new();
-    stand.emulator.inject(Fault::new(0.0, FaultKind::CorruptPacket).times(10_000)).unwrap();
+    stand.emulator.inject(BusFault::new(0.0, FaultKind::CorruptPacket).times(10_000)).unwrap();
     std::thread::sleep(std::time::Duration::from_millis(50));
     let why = check(&stand);
     assert!(why.contains("as those of all servos") && !why.contains("two servos"), "{why}");
@@ -230,7 +232,7 @@ fn a_silent_servo_is_named_with_its_state_and_so_are_those_that_are_off() {
     let mut quick = stand.rig.clone();
     quick.servos.reply_timeout = 0.05;
     open(&stand).prepare().unwrap();
-    stand.emulator.inject(Fault::new(0.0, FaultKind::UnplugServo).of_servo(TOUCHED)).unwrap();
+    stand.emulator.inject(BusFault::new(0.0, FaultKind::UnplugServo).of_servo(TOUCHED)).unwrap();
     std::thread::sleep(std::time::Duration::from_millis(50));
     let error = LiveRig::open(&quick).unwrap().disable_torque().unwrap_err();
     let said = error.to_string();
@@ -247,7 +249,7 @@ fn the_guide_has_every_register_of_the_table() {
     let guide = std::fs::read_to_string(path).unwrap();
     for spec in &TABLE {
         let (name, address) = (spec.name, spec.register.address);
-        let is_measured = matches!(spec.role, Role::Measured | Role::WithoutEffect);
+        let is_measured = matches!(spec.role, RegisterRole::Measured | RegisterRole::WithoutEffect);
         let row = if is_measured { format!("{name} ({address})") } else { format!("| {name} | {address} |") };
         assert!(guide.contains(&row), "docs/rig.md has no {row:?}");
         assert!(is_measured || guide.contains(&format!("| {} |\n", spec.effect)), "{}", spec.effect);

@@ -4,10 +4,10 @@ use hysteron_actuator::{Gains, ServoCommand};
 use hysteron_base::{BadInput, Metadata, Recording};
 use hysteron_rig::session::{events_path, journal_path};
 use hysteron_rig::teleoperation::{
-    ARMS_FILE, Arms, ArmsConfig, ArmsOutcome, ArmsRecording, Estimates, channel_names,
+    ARMS_FILE, ArmPair, ArmsConfig, ArmsOutcome, ArmsRecording, Estimates, channel_names,
 };
-use hysteron_virtual_rig::emulator::{Emulator, Fault, FaultKind, Options, ServoWorld, Timing};
-use hysteron_virtual_rig::virtual_arm::{Follower, HeldLeader, VirtualArm, data_set};
+use hysteron_virtual_rig::emulator::{BusFault, Emulator, FaultKind, Options, ServoWorld, Timing};
+use hysteron_virtual_rig::virtual_arm::{HeldLeader, VirtualArm, VirtualFollower, data_set};
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
@@ -25,7 +25,7 @@ const PATIENT: [(&str, &str); 3] = [
 
 /// Both arms on emulated ports.
 struct Bench {
-    follower: Emulator<Follower>,
+    follower: Emulator<VirtualFollower>,
     leader: Emulator<HeldLeader>,
     config: ArmsConfig,
     /// The same leader, to ask where it was.
@@ -67,7 +67,7 @@ impl Bench {
         asked: &dyn Fn() -> bool,
         row: &mut dyn FnMut(f64),
     ) -> ArmsOutcome {
-        let mut arms = Arms::open(&self.config).unwrap();
+        let mut arms = ArmPair::open(&self.config).unwrap();
         arms.prepare().unwrap();
         let recording =
             ArmsRecording::begin(&self.config, &self.out(), &Metadata::default(), Estimates::none()).unwrap();
@@ -91,7 +91,7 @@ fn columns<'a>(recording: &'a Recording, stem: &str, unit: &str) -> Vec<&'a [f64
 }
 
 /// Positions (5 × rows) [rad] of a follower that is sent to `goals` (5 × rows) [rad] at these times [s].
-fn followed(alone: &mut Follower, time: &[f64], goals: &[&[f64]]) -> Vec<Vec<f64>> {
+fn followed(alone: &mut VirtualFollower, time: &[f64], goals: &[&[f64]]) -> Vec<Vec<f64>> {
     let mut positions = vec![Vec::new(); goals.len()];
     for i in 0..time.len() {
         // Two seconds to come to rest at the first.
@@ -164,7 +164,7 @@ fn a_follower_whose_servo_fails_is_let_go_at_once_and_its_rows_are_kept() {
     let bench = Bench::new();
     let outcome = bench.record(Some(20.0), &|| false, &mut |passed| {
         if passed > 0.3 {
-            bench.follower.inject(Fault::new(0.0, FaultKind::Overload).of_servo(13)).unwrap();
+            bench.follower.inject(BusFault::new(0.0, FaultKind::Overload).of_servo(13)).unwrap();
         }
     });
     let why = outcome.stopped.unwrap().to_string();
@@ -179,7 +179,7 @@ fn a_leader_that_is_lost_sends_the_follower_to_rest() {
     let bench = Bench::new();
     let outcome = bench.record(Some(20.0), &|| false, &mut |passed| {
         if passed > 0.3 {
-            bench.leader.inject(Fault::new(0.0, FaultKind::UnplugBus)).unwrap();
+            bench.leader.inject(BusFault::new(0.0, FaultKind::UnplugBus)).unwrap();
         }
     });
     let why = outcome.stopped.unwrap().to_string();
@@ -220,7 +220,7 @@ fn arms_that_changed_places_are_told_before_anything_moves() {
     let bench = Bench::new();
     let mut config = bench.config.clone();
     std::mem::swap(&mut config.leader.port, &mut config.follower.port);
-    let why = Arms::open(&config).unwrap().prepare().unwrap_err().to_string();
+    let why = ArmPair::open(&config).unwrap().prepare().unwrap_err().to_string();
     assert!(why.contains("servo 1: expected an XL330-M288 to answer, got silence"), "{why}");
     assert!(why.contains("also on the bus: servo 11 (model 1020)"), "{why}");
 }

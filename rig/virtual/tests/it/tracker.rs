@@ -1,8 +1,8 @@
 //! The tracker's client against the pose server, over the loopback; and the decoder against anything.
 
 use hysteron_rig::tracker::{
-    Client, Content, Decoded, Decoder, MAX_BUFFERED, MAX_DRIFT, Message, Protocol, Settings, ToolPose,
-    Validity,
+    Client, DecodedMessage, MAX_BUFFERED, MAX_DRIFT, Message, MessageContent, MessageDecoder, MessageFormat,
+    ToolPose, TrackerSettings, Validity,
 };
 use hysteron_rig::{Event, EventKind, Pose, Quality};
 use hysteron_virtual_rig::emulator::{DeviceClock, Format, PoseServer, PoseServerSettings};
@@ -29,10 +29,10 @@ fn server(format: Format) -> PoseServer {
 }
 
 impl Bench {
-    fn new(format: Format, change: impl FnOnce(&mut Settings)) -> Self {
+    fn new(format: Format, change: impl FnOnce(&mut TrackerSettings)) -> Self {
         let start = Instant::now();
         let server = server(format);
-        let mut settings = Settings::new(server.address().to_string());
+        let mut settings = TrackerSettings::new(server.address().to_string());
         settings.device = Some("Tip".into());
         settings.stale_after = 5.0; // a busy machine is no fault
         change(&mut settings);
@@ -220,30 +220,30 @@ fn client_that_never_reads_holds_up_no_one() {
 fn other_messages_of_the_stream() {
     let mut bench = Bench::new(Format::Transform, |settings| settings.request_interval = Some(0.025));
     bench.wait_for_pose();
-    let status = Content::Status { code: 13, text: "field generator off".into() };
+    let status = MessageContent::Status { code: 13, text: "field generator off".into() };
     let message = Message { device: "NDI".into(), time: None, content: status };
-    bench.server.send_bytes(&message.to_bytes(Protocol::Plain));
+    bench.server.send_bytes(&message.to_bytes(MessageFormat::Plain));
     bench.wait("the status", |bench| bench.has(EventKind::TrackerQuality));
     assert!(bench.events[0].message.contains("field generator off"), "{:?}", bench.events);
     let skipped = bench.client.counts().skipped;
     let pose = ToolPose { position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0], validity: Validity::Valid };
-    let other = Message { device: "Base".into(), time: None, content: Content::Transform(pose) };
-    bench.server.send_bytes(&other.to_bytes(Protocol::WithStatus));
+    let other = Message { device: "Base".into(), time: None, content: MessageContent::Transform(pose) };
+    bench.server.send_bytes(&other.to_bytes(MessageFormat::WithStatus));
     bench.wait("the other tool", |bench| bench.client.counts().skipped == skipped + 1);
 }
 
 #[test]
 fn nobody_there_is_an_event_and_nonsense_an_error() {
     let address = server(Format::Transform).address().to_string(); // and gone again
-    let client = Client::connect(Settings::new(&address), Instant::now()).unwrap();
+    let client = Client::connect(TrackerSettings::new(&address), Instant::now()).unwrap();
     let error = client.wait_for_pose(0.3).unwrap_err().to_string();
     assert!(error.contains(&address), "{error}");
     let mut events = Vec::new();
     client.take_events(&mut events);
     assert_eq!(events.iter().map(|event| event.kind).collect::<Vec<_>>(), [EventKind::TrackerLost]);
 
-    let bad = |change: fn(&mut Settings)| {
-        let mut settings = Settings::new("127.0.0.1:18944");
+    let bad = |change: fn(&mut TrackerSettings)| {
+        let mut settings = TrackerSettings::new("127.0.0.1:18944");
         change(&mut settings);
         Client::connect(settings, Instant::now()).unwrap_err().bad_input().unwrap().place.clone()
     };
@@ -272,19 +272,19 @@ fn message() -> impl Strategy<Value = Vec<u8>> {
         (norm > 1e-3).then(|| ToolPose { position, orientation: q.map(|x| x / norm), validity })
     });
     let content = (0..4, pose, 0_usize..4).prop_map(|(kind, pose, n)| match kind {
-        0 => Content::Transform(pose),
-        1 => Content::Position(pose),
-        2 => Content::Tools(vec![("Tip".into(), pose); n]),
-        _ => Content::Status { code: n as u16, text: "text".repeat(n) },
+        0 => MessageContent::Transform(pose),
+        1 => MessageContent::Position(pose),
+        2 => MessageContent::Tools(vec![("Tip".into(), pose); n]),
+        _ => MessageContent::Status { code: n as u16, text: "text".repeat(n) },
     });
-    let protocol = prop_oneof![Just(Protocol::Plain), Just(Protocol::WithStatus)];
+    let protocol = prop_oneof![Just(MessageFormat::Plain), Just(MessageFormat::WithStatus)];
     (content, "[A-Za-z]{0,25}", prop::option::of(0.0..2e9), protocol)
         .prop_map(|(content, device, time, protocol)| Message { device, time, content }.to_bytes(protocol))
 }
 
 /// Cuts `bytes` into pieces of these sizes, again and again, and decodes them.
-fn decode(bytes: &[u8], sizes: &[usize]) -> Vec<Decoded> {
-    let (mut decoder, mut all) = (Decoder::new(), Vec::new());
+fn decode(bytes: &[u8], sizes: &[usize]) -> Vec<DecodedMessage> {
+    let (mut decoder, mut all) = (MessageDecoder::new(), Vec::new());
     let mut rest = bytes;
     for size in sizes.iter().cycle() {
         if rest.is_empty() {
@@ -308,7 +308,7 @@ proptest! {
     fn decoder_finds_all_whole_messages(messages in prop::collection::vec(message(), 0..30), sizes in prop::collection::vec(1_usize..600, 1..5)) {
         let all = decode(&messages.concat(), &sizes);
         prop_assert_eq!(all.len(), messages.len());
-        prop_assert!(all.iter().all(|decoded| matches!(decoded, Decoded::Message(_))));
+        prop_assert!(all.iter().all(|decoded| matches!(decoded, DecodedMessage::Message(_))));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The outcome of `arm emulate`: traffic on both ports.
 
-use hysteron_virtual_rig::emulator::Counts;
+use hysteron_virtual_rig::emulator::TrafficCounts;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -27,7 +27,7 @@ pub struct PortCounts {
 }
 
 impl PortCounts {
-    pub(super) fn new(counts: &Counts) -> Self {
+    pub(super) fn new(counts: &TrafficCounts) -> Self {
         Self { instructions: counts.instructions, answers: counts.answers }
     }
 }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use hysteron_base::{BadInput, Lock, file};
 use hysteron_rig::teleoperation::ARMS_FILE;
 use hysteron_virtual_rig::emulator::{Emulator, Faults, Options as EmulatorOptions, TORQUE_LOG, Timing};
-use hysteron_virtual_rig::virtual_arm::{Fault, N_SERVOS, data_set, fault_set};
+use hysteron_virtual_rig::virtual_arm::{JointFault, N_SERVOS, data_set, fault_set};
 
 use super::outcome::PortCounts;
 use super::{Options, Outcome};
@@ -43,7 +43,7 @@ fn emulate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let arm = general.individual(options.seed);
     let (leader, follower) = arm.arms(&planned.trial, options.seed, &options.trajectory, begins);
     let over = leader.end();
-    let fault = follower.fault().map(Fault::describe);
+    let fault = follower.fault().map(JointFault::describe);
     let [leads, follows] = emulator_options(options)?;
     // The links, the file and the log in it are those of one emulator.
     let _folder = Lock::folder(&options.dir)?;

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use hysteron_arm_learning::neural::{Estimator, NeuralActuator, SensedNow, ServoTelemetry};
 use hysteron_base::BadInput;
-use hysteron_rig::bus::model::Effort;
+use hysteron_rig::bus::model::EffortRegister;
 use hysteron_rig::session::Histogram;
 use hysteron_rig::teleoperation::{ArmsConfig, Estimates};
 
@@ -172,7 +172,7 @@ fn check(config: &ArmsConfig, actuator: &NeuralActuator) -> Result<(), BadInput>
         return Err(BadInput::new("joint", expected, found.join(", "))
             .hint("the actuator was trained on another arm"));
     }
-    let no_current = config.joints.iter().find(|joint| joint.follower.model.effort == Effort::Load);
+    let no_current = config.joints.iter().find(|joint| joint.follower.model.effort == EffortRegister::Load);
     if let Some(joint) = no_current {
         let found = format!("{} in {}", joint.follower.model.name, joint.name);
         return Err(BadInput::new("follower", "servos that measure their current", found));

@@ -2,7 +2,7 @@
 
 use hysteron_arm_estimation::POSITION_GAIN;
 use hysteron_base::{BadInput, Lock, Metadata};
-use hysteron_rig::teleoperation::{Arms, ArmsConfig, ArmsOutcome, ArmsRecording, Estimates};
+use hysteron_rig::teleoperation::{ArmPair, ArmsConfig, ArmsOutcome, ArmsRecording, Estimates};
 
 use super::{Options, Outcome};
 use crate::arm;
@@ -51,7 +51,7 @@ pub(in crate::arm) fn record(
     let _file = Lock::file(&options.out)?;
     context.listen_on_rig();
     rescue(&options.out)?;
-    let mut arms = Arms::open(config)?;
+    let mut arms = ArmPair::open(config)?;
     arms.prepare()?;
     let mut arms = Watched::new(arms, &options.arms, context)?;
     let meta = metadata(options, config, context);

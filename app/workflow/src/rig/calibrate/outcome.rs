@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteron_rig::calibration::Calibration;
+use hysteron_rig::calibration::RigCalibration;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +29,7 @@ pub struct ChannelCalibration {
 }
 
 impl Outcome {
-    pub(super) fn new(file: PathBuf, calibration: &Calibration) -> Self {
+    pub(super) fn new(file: PathBuf, calibration: &RigCalibration) -> Self {
         let channels = calibration.channels.iter().map(|channel| ChannelCalibration {
             servo: channel.servo_id,
             zero_ticks: channel.zero,

@@ -5,7 +5,7 @@ use std::time::SystemTime;
 
 use hysteron_base::{BadInput, Lock, file};
 use hysteron_rig::bus::RegisterBaseline;
-use hysteron_rig::calibration::{Calibration, calibrate};
+use hysteron_rig::calibration::{RigCalibration, calibrate};
 use hysteron_rig::{Hardware, LiveRig};
 use hysteron_virtual_rig::virtual_rig::SimulatedRig;
 
@@ -68,7 +68,7 @@ fn calibrate_rig(options: &Options, context: &Context) -> anyhow::Result<Outcome
 }
 
 /// Reference for the servos' registers: the values of the calibration before, or the factory's.
-fn expected_registers(options: &Options, before: Option<&Calibration>) -> RegisterBaseline {
+fn expected_registers(options: &Options, before: Option<&RigCalibration>) -> RegisterBaseline {
     match before {
         _ if options.keep_registers => RegisterBaseline::AsFound,
         Some(before) => before.register_baseline(),
@@ -78,7 +78,7 @@ fn expected_registers(options: &Options, before: Option<&Calibration>) -> Regist
 
 /// The calibration that is to be replaced.
 struct Earlier {
-    calibration: Calibration,
+    calibration: RigCalibration,
     /// Where it is kept, under its date.
     aside: PathBuf,
     text: String,
@@ -90,7 +90,7 @@ fn earlier(out: &Path) -> anyhow::Result<Option<Earlier>> {
         return Ok(None);
     }
     let text = file::read_text(out)?;
-    let found = Calibration::from_toml(&text).map_err(|_| {
+    let found = RigCalibration::from_toml(&text).map_err(|_| {
         BadInput::new(out.display().to_string(), "a calibration, or a new file", "another file")
             .hint("choose another --out, or another calibration.file in the rig file")
     })?;
@@ -103,7 +103,7 @@ fn earlier(out: &Path) -> anyhow::Result<Option<Earlier>> {
     Ok((0..).map(named).find(is_free).map(|aside| Earlier { calibration: found, aside, text }))
 }
 
-fn print(calibration: &Calibration, context: &Context) {
+fn print(calibration: &RigCalibration, context: &Context) {
     context.print("servo   zero [ticks]   slack ends at [mm]");
     for channel in &calibration.channels {
         context.print(format_args!(

@@ -5,9 +5,9 @@ use std::path::Path;
 use hysteron_base::BadInput;
 use hysteron_rig::LiveRig;
 use hysteron_rig::bus::{PortInfo, RegisterBaseline, RegisterDifference, ServoBus, ServoReport, list_ports};
-use hysteron_rig::calibration::Calibration;
+use hysteron_rig::calibration::RigCalibration;
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::teleoperation::{Arms, ArmsConfig};
+use hysteron_rig::teleoperation::{ArmPair, ArmsConfig};
 use hysteron_rig::tracker::TrackerSurvey;
 
 use super::options::Options;
@@ -74,7 +74,7 @@ fn expected_registers(options: &Options, rig: &RigConfig) -> anyhow::Result<Regi
     if options.calibration.is_none() && !path.exists() {
         return Ok(RegisterBaseline::Factory);
     }
-    match Calibration::read(path, rig) {
+    match RigCalibration::read(path, rig) {
         Ok(calibration) => Ok(calibration.register_baseline()),
         // A rig file that has changed since is no reason not to look at the rig.
         Err(error) if options.calibration.is_none() => {
@@ -154,7 +154,7 @@ fn check_arms(
         return Err(BadInput::new("--calibration", expected, "one").into());
     }
     let config = ArmsConfig::read(path)?;
-    let mut arms = Arms::open(&config)?;
+    let mut arms = ArmPair::open(&config)?;
     for bus in arms.buses() {
         restart_and_release(bus, options, context)?;
     }

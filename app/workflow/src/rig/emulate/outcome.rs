@@ -1,11 +1,11 @@
 //! The outcome of `rig emulate`.
 
-use hysteron_virtual_rig::emulator::Counts;
+use hysteron_virtual_rig::emulator::TrafficCounts;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The outcome of `rig emulate`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-pub struct Outcome(pub Counts);
+pub struct Outcome(pub TrafficCounts);
 
 impl crate::shared::outcome::Outcome for Outcome {}

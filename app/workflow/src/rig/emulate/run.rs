@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use hysteron_base::{BadInput, Lock};
 use hysteron_virtual_rig::emulator::{
-    Counts, DeviceClock, Emulator, FAULTS_LOG, Faults, Format, Options as EmulatorOptions, PoseDelivery,
-    PoseServerSettings, TORQUE_LOG, Timing,
+    DeviceClock, Emulator, FAULTS_LOG, Faults, Format, Options as EmulatorOptions, PoseDelivery,
+    PoseServerSettings, TORQUE_LOG, Timing, TrafficCounts,
 };
 use hysteron_virtual_rig::virtual_rig::{VirtualRobot, World};
 
@@ -120,7 +120,7 @@ fn duration(seconds: f64) -> Result<Duration, BadInput> {
     Duration::try_from_secs_f64(seconds).map_err(|_| wrong())
 }
 
-fn print_counts(counts: &Counts, context: &Context) {
+fn print_counts(counts: &TrafficCounts, context: &Context) {
     context.print(format_args!(
         "{} instructions, {} damaged packets, {} answers; {} of {} rounds of reading complete",
         counts.instructions,

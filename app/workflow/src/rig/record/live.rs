@@ -1,9 +1,9 @@
 //! Recording on a rig's ports, in real time, one trajectory after the other.
 
 use hysteron_base::Metadata;
-use hysteron_rig::calibration::Calibration;
+use hysteron_rig::calibration::RigCalibration;
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session};
+use hysteron_rig::session::{Outcome, RecordOptions, RigRecorder, RigSession};
 use hysteron_rig::{Hardware, LiveRig};
 
 use super::jobs::Job;
@@ -25,8 +25,8 @@ pub struct Work<'a> {
 pub fn record(
     source: &Source,
     Work { options, jobs, sensing }: &Work,
-    calibration: &Calibration,
-    meta: &dyn Fn(&Job, &Calibration) -> Metadata,
+    calibration: &RigCalibration,
+    meta: &dyn Fn(&Job, &RigCalibration) -> Metadata,
     summary: &mut Summary,
     context: &Context,
 ) -> anyhow::Result<()> {
@@ -56,8 +56,8 @@ pub fn record(
 /// Settings common to all trajectories of a run.
 struct Run<'a> {
     rig: &'a RigConfig,
-    calibration: &'a Calibration,
-    meta: &'a dyn Fn(&Job, &Calibration) -> Metadata,
+    calibration: &'a RigCalibration,
+    meta: &'a dyn Fn(&Job, &RigCalibration) -> Metadata,
     sensing: Option<&'a LiveSensing>,
 }
 
@@ -101,11 +101,11 @@ impl Run<'_> {
         context: &Context,
     ) -> anyhow::Result<Outcome> {
         let options = RecordOptions::new(job.out.clone(), (self.meta)(job, self.calibration));
-        let mut recorder = Recorder::begin(self.rig, self.calibration, options)?;
+        let mut recorder = RigRecorder::begin(self.rig, self.calibration, options)?;
         if let Some(sensing) = self.sensing {
             recorder = sensing.follow(recorder, self.calibration, &job.commands, Pace::RealTime)?;
         }
-        let session = Session::start(hardware, self.rig, self.calibration, job.rate_hz)?;
+        let session = RigSession::start(hardware, self.rig, self.calibration, job.rate_hz)?;
         Ok(recorder.run(session, &job.commands, &|| context.is_cancelled(), progress)?)
     }
 }

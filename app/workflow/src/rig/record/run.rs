@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hysteron_base::{BadInput, Lock, Metadata, Recording};
 use hysteron_report::folder::ReportFolder;
-use hysteron_rig::calibration::Calibration;
+use hysteron_rig::calibration::RigCalibration;
 
 use super::jobs::{self, Job, Work, is_folder, split_done};
 use super::options::Options;
@@ -121,7 +121,7 @@ impl<'a> Session<'a> {
     }
 
     /// What a recording of this session has in its metadata.
-    fn identity(&self, calibration: Option<&Calibration>) -> Vec<(&'static str, String)> {
+    fn identity(&self, calibration: Option<&RigCalibration>) -> Vec<(&'static str, String)> {
         let mut identity = self.source.identity(self.options.seed, calibration);
         identity.extend(self.tip_force.iter().map(|force| (tip_force::KEY, force.hash.clone())));
         identity
@@ -131,11 +131,11 @@ impl<'a> Session<'a> {
     fn record(
         &self,
         missing: &[Job],
-        calibration: Option<Calibration>,
+        calibration: Option<RigCalibration>,
         summary: &mut Summary,
         context: &Context,
     ) -> anyhow::Result<()> {
-        let meta = |job: &Job, calibration: &Calibration| self.metadata(job, calibration, context);
+        let meta = |job: &Job, calibration: &RigCalibration| self.metadata(job, calibration, context);
         match (&self.source, calibration) {
             (Source::Live { .. }, Some(calibration)) => {
                 if let Some(folder) = self.folder {
@@ -154,7 +154,7 @@ impl<'a> Session<'a> {
     }
 
     /// Provenance of a recording.
-    fn metadata(&self, job: &Job, calibration: &Calibration, context: &Context) -> Metadata {
+    fn metadata(&self, job: &Job, calibration: &RigCalibration, context: &Context) -> Metadata {
         let mut meta = job.commands.meta().clone();
         meta.scene_hash = String::new();
         meta.source = format!("{}, {}", self.source.description(), job.commands.meta().source);

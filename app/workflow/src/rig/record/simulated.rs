@@ -6,9 +6,9 @@ use std::sync::Mutex;
 
 use hysteron_base::{Metadata, parallel};
 use hysteron_rig::Hardware;
-use hysteron_rig::calibration::{Calibration, calibrate};
-use hysteron_rig::session::{RecordOptions, Recorder, Session, journal_path};
-use hysteron_virtual_rig::virtual_rig::{Hand, SimulatedRig};
+use hysteron_rig::calibration::{RigCalibration, calibrate};
+use hysteron_rig::session::{RecordOptions, RigRecorder, RigSession, journal_path};
+use hysteron_virtual_rig::virtual_rig::{ExternalForceHandle, SimulatedRig};
 
 use super::jobs::Job;
 use super::partial_files::ended;
@@ -33,8 +33,8 @@ impl Simulation<'_> {
     pub fn record(
         &self,
         jobs: &[Job],
-        (given, folder): (Option<Calibration>, Option<&Path>),
-        meta: &(dyn Fn(&Job, &Calibration) -> Metadata + Sync),
+        (given, folder): (Option<RigCalibration>, Option<&Path>),
+        meta: &(dyn Fn(&Job, &RigCalibration) -> Metadata + Sync),
         summary: &mut Summary,
         context: &Context,
     ) -> anyhow::Result<()> {
@@ -56,7 +56,7 @@ impl Simulation<'_> {
             let mut hardware: SimulatedRig = fresh.clone();
             // The same rig on another day: its noise is another.
             hardware.world_mut().reseed(self.seed, &job.name);
-            let hand = self.tip_force.map(|force| (Hand::default(), force));
+            let hand = self.tip_force.map(|force| (ExternalForceHandle::default(), force));
             let push = |row: usize| {
                 hand.iter().for_each(|(hand, force)| hand.push(force.at(row as f64 / job.rate_hz)));
             };
@@ -71,11 +71,11 @@ impl Simulation<'_> {
                 // A simulation can be repeated.
                 std::fs::remove_file(&journal)?;
             }
-            let mut recorder = Recorder::begin(rig, &calibration, options)?;
+            let mut recorder = RigRecorder::begin(rig, &calibration, options)?;
             if let Some(sensing) = self.sensing {
                 recorder = sensing.follow(recorder, &calibration, &job.commands, Pace::Simulated)?;
             }
-            let session = Session::start(&mut hardware, rig, &calibration, job.rate_hz)?;
+            let session = RigSession::start(&mut hardware, rig, &calibration, job.rate_hz)?;
             let mut progress = |row: usize| {
                 bar.inc(1);
                 push(row);

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, file};
-use hysteron_rig::calibration::Calibration;
+use hysteron_rig::calibration::RigCalibration;
 use hysteron_rig::config::RigConfig;
 use hysteron_virtual_rig::virtual_rig::{VirtualRobot, rig_file};
 
@@ -87,16 +87,16 @@ impl Source {
     }
 
     /// The calibration that was asked for; a virtual rig finds its own if there is none.
-    pub fn calibration(&self, named: Option<&PathBuf>) -> anyhow::Result<Option<Calibration>> {
+    pub fn calibration(&self, named: Option<&PathBuf>) -> anyhow::Result<Option<RigCalibration>> {
         let path = match self {
             Self::Live { rig, .. } => Some(calibration_path(rig, named)),
             Self::Virtual { .. } => named.cloned(),
         };
-        Ok(path.map(|path| Calibration::read(&path, self.rig())).transpose()?)
+        Ok(path.map(|path| RigCalibration::read(&path, self.rig())).transpose()?)
     }
 
     /// Identity of the rig in its recordings: metadata keys and their values.
-    pub fn identity(&self, seed: u64, calibration: Option<&Calibration>) -> Vec<(&'static str, String)> {
+    pub fn identity(&self, seed: u64, calibration: Option<&RigCalibration>) -> Vec<(&'static str, String)> {
         let mut identity = vec![("rig.sha256", self.rig().hash.clone())];
         if let Self::Virtual { hash, .. } = self {
             identity.extend([("virtual.sha256", hash.clone()), ("virtual.seed", seed.to_string())]);
@@ -138,12 +138,12 @@ pub fn write_description(folder: &Path, files: &[(&str, String)]) -> anyhow::Res
 }
 
 /// Puts a calibration beside a data set; one that is there must say the same.
-pub fn keep_calibration(folder: &Path, calibration: &Calibration) -> anyhow::Result<()> {
+pub fn keep_calibration(folder: &Path, calibration: &RigCalibration) -> anyhow::Result<()> {
     let path = folder.join("calibration.toml");
     if !path.exists() {
         return Ok(file::write_bytes(&path, calibration.to_toml())?);
     }
-    let found = Calibration::from_toml(&file::read_text(&path)?);
+    let found = RigCalibration::from_toml(&file::read_text(&path)?);
     if found.is_ok_and(|found| found.hash() == calibration.hash()) {
         Ok(())
     } else {

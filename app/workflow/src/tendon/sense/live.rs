@@ -13,8 +13,8 @@ use std::time::Instant;
 
 use anyhow::Context as _;
 use hysteron_base::{BadInput, PrescribedQuantity, Recording, Scene};
-use hysteron_rig::calibration::Calibration;
-use hysteron_rig::session::{Recorder, Supervisor};
+use hysteron_rig::calibration::RigCalibration;
+use hysteron_rig::session::{RigRecorder, Supervisor};
 use hysteron_rig::{EventKind, ShutdownAction, Violation};
 use hysteron_twin::Twin;
 use hysteron_twin::sense::{ForceSensor, SenseSample, SensedSample, TendonSensing, TwinObserver};
@@ -101,11 +101,11 @@ impl LiveSensing {
     /// Lets a thread follow what `recorder` records under `commands`; returns when it is ready.
     pub fn follow(
         &self,
-        recorder: Recorder,
-        calibration: &Calibration,
+        recorder: RigRecorder,
+        calibration: &RigCalibration,
         commands: &Recording,
         pace: Pace,
-    ) -> anyhow::Result<Recorder> {
+    ) -> anyhow::Result<RigRecorder> {
         let layout = Layout::new(recorder.channels(), calibration)?;
         let strokes: Vec<f64> = commands.strokes().iter().map(|channel| channel[0]).collect();
         let (rows, queue) = sync_channel(QUEUE);
@@ -204,7 +204,7 @@ struct Held {
 }
 
 impl Layout {
-    fn new(channels: &[String], calibration: &Calibration) -> Result<Self, BadInput> {
+    fn new(channels: &[String], calibration: &RigCalibration) -> Result<Self, BadInput> {
         let n = calibration.channels.len();
         let place = |name: &str| {
             channels.iter().position(|channel| channel == name).ok_or_else(|| {

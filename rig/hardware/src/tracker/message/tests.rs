@@ -1,4 +1,4 @@
-use super::super::{Decoded, Decoder};
+use super::super::{DecodedMessage, MessageDecoder};
 use super::*;
 
 /// Rounding of an `f32` [-], of the largest value.
@@ -9,15 +9,15 @@ fn unit(q: [f64; 4]) -> [f64; 4] {
     q.map(|x| x / norm)
 }
 
-fn decode(bytes: &[u8]) -> Vec<Decoded> {
+fn decode(bytes: &[u8]) -> Vec<DecodedMessage> {
     let mut all = Vec::new();
-    Decoder::new().decode(bytes, |decoded| all.push(decoded));
+    MessageDecoder::new().decode(bytes, |decoded| all.push(decoded));
     all
 }
 
 fn decode_one(bytes: &[u8]) -> Message {
     match decode(bytes).as_slice() {
-        [Decoded::Message(message)] => message.clone(),
+        [DecodedMessage::Message(message)] => message.clone(),
         other => panic!("{other:?}"),
     }
 }
@@ -57,12 +57,12 @@ fn poses() -> Vec<ToolPose> {
 fn poses_survive_every_type_and_protocol() {
     let mut n_poses = 0;
     for pose in poses() {
-        for protocol in [Protocol::Plain, Protocol::WithStatus] {
+        for protocol in [MessageFormat::Plain, MessageFormat::WithStatus] {
             let other = ToolPose { position: [1.0, 2.0, 3.0], ..pose };
             for content in [
-                Content::Transform(pose),
-                Content::Position(pose),
-                Content::Tools(vec![("Tip".into(), pose), ("Base".into(), other)]),
+                MessageContent::Transform(pose),
+                MessageContent::Position(pose),
+                MessageContent::Tools(vec![("Tip".into(), pose), ("Base".into(), other)]),
             ] {
                 let message = Message { device: "Tip".into(), time: Some(1.7e9 + 0.25), content };
                 let mut back = decode_one(&message.to_bytes(protocol));
@@ -96,8 +96,8 @@ fn bytes_are_those_of_pyigtl() {
         orientation: [1.0, 0.0, 0.0, 0.0],
         validity: Validity::Valid,
     };
-    let message = Message { device: "Tip".into(), time: Some(2.5), content: Content::Transform(pose) };
-    for (expected, protocol) in [(plain, Protocol::Plain), (with_status, Protocol::WithStatus)] {
+    let message = Message { device: "Tip".into(), time: Some(2.5), content: MessageContent::Transform(pose) };
+    for (expected, protocol) in [(plain, MessageFormat::Plain), (with_status, MessageFormat::WithStatus)] {
         let hex: String = message.to_bytes(protocol).iter().map(|byte| format!("{byte:02x}")).collect();
         assert_eq!(hex, expected);
     }
@@ -107,16 +107,18 @@ fn bytes_are_those_of_pyigtl() {
 fn invalid_poses_are_told_from_others() {
     let pose =
         ToolPose { position: [0.1, 0.2, 0.3], orientation: [1.0, 0.0, 0.0, 0.0], validity: Validity::Marked };
-    for content in
-        [Content::Transform(pose), Content::Position(pose), Content::Tools(vec![("Tip".into(), pose)])]
-    {
+    for content in [
+        MessageContent::Transform(pose),
+        MessageContent::Position(pose),
+        MessageContent::Tools(vec![("Tip".into(), pose)]),
+    ] {
         let message = Message { device: "Tip".into(), time: None, content };
-        let mut back = decode_one(&message.to_bytes(Protocol::WithStatus));
+        let mut back = decode_one(&message.to_bytes(MessageFormat::WithStatus));
         assert_eq!(back.time, None);
         assert!(back.poses_mut().all(|pose| !pose.is_valid()));
     }
-    let message = Message { device: "Tip".into(), time: None, content: Content::Transform(pose) };
-    let mut back = decode_one(&message.to_bytes(Protocol::Plain));
+    let message = Message { device: "Tip".into(), time: None, content: MessageContent::Transform(pose) };
+    let mut back = decode_one(&message.to_bytes(MessageFormat::Plain));
     assert!(back.poses_mut().all(|pose| !pose.is_valid() && pose.orientation == [1.0, 0.0, 0.0, 0.0]));
 }
 
@@ -124,7 +126,7 @@ fn invalid_poses_are_told_from_others() {
 fn transform(values: [f32; 12]) -> Vec<u8> {
     let body: Vec<u8> = values.iter().flat_map(|value| value.to_be_bytes()).collect();
     let pose = ToolPose { position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0], validity: Validity::Valid };
-    let message = Message { device: "Tip".into(), time: None, content: Content::Transform(pose) };
+    let message = Message { device: "Tip".into(), time: None, content: MessageContent::Transform(pose) };
     frame(1, "TRANSFORM", &message, &body)
 }
 
@@ -132,7 +134,7 @@ fn transform(values: [f32; 12]) -> Vec<u8> {
 fn what_is_no_rotation_is_invalid_and_what_is_no_number_is_damage() {
     let identity = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 10.0, 20.0, 30.0];
     let valid = |values| match decode_one(&transform(values)).content {
-        Content::Transform(pose) => {
+        MessageContent::Transform(pose) => {
             assert_eq!(pose.position, [10.0, 20.0, 30.0].map(|x| x * 1e-3));
             pose.is_valid()
         }
@@ -150,7 +152,7 @@ fn what_is_no_rotation_is_invalid_and_what_is_no_number_is_damage() {
     assert!(!valid(with(4, 0.0)));
     for value in [f32::NAN, f32::INFINITY] {
         let bytes = transform(with(7, value));
-        assert!(matches!(&decode(&bytes)[..], [Decoded::Damaged(what)] if what.contains("number 8")));
+        assert!(matches!(&decode(&bytes)[..], [DecodedMessage::Damaged(what)] if what.contains("number 8")));
     }
 }
 
@@ -179,16 +181,16 @@ fn status_of_another_transform_is_not_ours() {
 
 #[test]
 fn status_and_requests() {
-    let content = Content::Status { code: 13, text: "sensor not ready".into() };
+    let content = MessageContent::Status { code: 13, text: "sensor not ready".into() };
     let message = Message { device: "NDI".into(), time: None, content };
-    for protocol in [Protocol::Plain, Protocol::WithStatus] {
+    for protocol in [MessageFormat::Plain, MessageFormat::WithStatus] {
         assert_eq!(decode_one(&message.to_bytes(protocol)), message);
     }
     let bytes = start_request("Tip", 0.025);
     assert_eq!(&bytes[2..11], b"STT_TDATA");
     assert_eq!(bytes[HEADER..HEADER + 4], [0, 0, 0, 25]);
     assert_eq!(bytes.len(), HEADER + 36);
-    assert_eq!(decode(&bytes), [Decoded::Skipped { kind: "STT_TDATA".into(), device: "Tip".into() }]);
+    assert_eq!(decode(&bytes), [DecodedMessage::Skipped { kind: "STT_TDATA".into(), device: "Tip".into() }]);
 }
 
 #[test]
@@ -204,8 +206,8 @@ fn time_stamps_are_32_bits_of_seconds_and_32_of_their_fraction() {
 fn long_names_are_cut_at_a_character() {
     let pose = poses()[0];
     let name = "Spitzenfühler-ÄÖÜÄÖÜ".to_owned();
-    let message = Message { device: name.clone(), time: None, content: Content::Transform(pose) };
-    let back = decode_one(&message.to_bytes(Protocol::Plain));
+    let message = Message { device: name.clone(), time: None, content: MessageContent::Transform(pose) };
+    let back = decode_one(&message.to_bytes(MessageFormat::Plain));
     assert!(name.starts_with(&back.device) && back.device.len() == 19, "{}", back.device);
 }
 
@@ -226,8 +228,9 @@ fn quaternion_tracking_data_of_the_published_layout_are_read() {
     ]
     .concat();
     assert_eq!(body.len(), 150);
-    let empty = Message { device: "Tracker".into(), time: Some(1.0), content: Content::Tools(Vec::new()) };
-    let Content::Tools(tools) = decode_one(&frame(1, "QTDATA", &empty, &body)).content else {
+    let empty =
+        Message { device: "Tracker".into(), time: Some(1.0), content: MessageContent::Tools(Vec::new()) };
+    let MessageContent::Tools(tools) = decode_one(&frame(1, "QTDATA", &empty, &body)).content else {
         panic!("no tools")
     };
     let (name, tip) = &tools[0];
@@ -239,7 +242,7 @@ fn quaternion_tracking_data_of_the_published_layout_are_read() {
     assert_eq!(tools[2].1.validity, Validity::Zeros);
     let cut = decode(&frame(1, "QTDATA", &empty, &body[..149]));
     assert!(
-        matches!(&cut[..], [Decoded::Damaged(what), ..] if what.contains("QTDATA with a body of 149")),
+        matches!(&cut[..], [DecodedMessage::Damaged(what), ..] if what.contains("QTDATA with a body of 149")),
         "{cut:?}"
     );
 }
@@ -247,7 +250,7 @@ fn quaternion_tracking_data_of_the_published_layout_are_read() {
 #[test]
 fn what_is_no_pose_is_named() {
     let validity = |values| match decode_one(&transform(values)).content {
-        Content::Transform(pose) => pose.validity,
+        MessageContent::Transform(pose) => pose.validity,
         other => panic!("{other:?}"),
     };
     let identity = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];

@@ -1,22 +1,22 @@
 use super::*;
 
-fn intake() -> Intake {
-    Intake::new(Some("Tip".into()), 0.0, 0.25, Limits::default())
+fn intake() -> PoseQueue {
+    PoseQueue::new(Some("Tip".into()), 0.0, 0.25, PoseLimits::default())
 }
 
-fn tool(name: &str, x: f64, time: Option<f64>) -> Decoded {
+fn tool(name: &str, x: f64, time: Option<f64>) -> DecodedMessage {
     let pose =
         ToolPose { position: [x, 0.0, 0.0], orientation: [1.0, 0.0, 0.0, 0.0], validity: Validity::Valid };
-    Decoded::Message(Message { device: name.into(), time, content: Content::Transform(pose) })
+    DecodedMessage::Message(Message { device: name.into(), time, content: MessageContent::Transform(pose) })
 }
 
-fn kinds(intake: &Intake) -> Vec<EventKind> {
+fn kinds(intake: &PoseQueue) -> Vec<EventKind> {
     intake.events.iter().map(|event| event.kind).collect()
 }
 
 #[test]
 fn first_tool_is_kept_if_none_is_named() {
-    let mut intake = Intake::new(None, 0.0, 0.25, Limits::default());
+    let mut intake = PoseQueue::new(None, 0.0, 0.25, PoseLimits::default());
     intake.take(tool("Base", 0.0, None), 0.1);
     intake.take(tool("Tip", 0.5, None), 0.2);
     intake.take(tool("Base", 0.001, None), 0.3);
@@ -61,7 +61,7 @@ fn floods_of_damage_become_an_event_per_second_and_all_are_counted() {
     for k in 0..400 {
         let now = 0.01 * f64::from(k);
         intake.connected(now);
-        intake.take(Decoded::Damaged("wrong".into()), now);
+        intake.take(DecodedMessage::Damaged("wrong".into()), now);
         intake.tick(now);
     }
     intake.tick(10.0);
@@ -101,8 +101,8 @@ fn a_pose_that_cannot_be_one_says_why() {
         (Validity::Marked, "marked as invalid"),
     ] {
         let mut intake = intake();
-        let content = Content::Transform(pose(validity));
-        intake.take(Decoded::Message(Message { device: "Tip".into(), time: Some(1.0), content }), 5.0);
+        let content = MessageContent::Transform(pose(validity));
+        intake.take(DecodedMessage::Message(Message { device: "Tip".into(), time: Some(1.0), content }), 5.0);
         let said = intake.events.iter().map(|event| event.message.clone()).collect::<Vec<_>>().join("; ");
         assert!(said.contains(part), "{said}");
         assert!(intake.poses.iter().all(|pose| pose.quality == Quality::Flagged));

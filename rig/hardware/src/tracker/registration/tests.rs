@@ -27,9 +27,9 @@ fn apply(registration: &Registration, points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     points.iter().map(|&point| registration.apply_to_point(point)).collect()
 }
 
-fn of_four_tendons(displacements: &[[f64; 3]; 4]) -> Vec<Motion> {
+fn of_four_tendons(displacements: &[[f64; 3]; 4]) -> Vec<PulledMotion> {
     let angles = [0.0, 1.0, 2.0, 3.0].map(|k| k * std::f64::consts::FRAC_PI_2);
-    Motion::of_tendons(displacements, &angles)
+    PulledMotion::of_tendons(displacements, &angles)
 }
 
 #[test]

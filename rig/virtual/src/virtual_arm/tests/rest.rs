@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use rand::RngExt;
 
 use super::arm;
-use crate::virtual_arm::stiction::{Balance, N_SPEEDS};
+use crate::virtual_arm::stiction::{N_SPEEDS, StictionProblem};
 use crate::virtual_arm::{ArmWorld, N_JOINTS};
 
 const WARM: [f64; 5] = [25.0; 5];
@@ -90,7 +90,7 @@ fn who_sticks_and_slides_minimises_the_energy_of_the_step() {
             }
             links[i][i] += coupling[i] + 0.01;
         }
-        let balance = Balance {
+        let balance = StictionProblem {
             rotors: std::array::from_fn(|k| coupling[k] + draw(0.1, 30.0)),
             coupling,
             links,

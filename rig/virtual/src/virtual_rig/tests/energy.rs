@@ -1,6 +1,6 @@
 //! Energy of the whole body: what the pulleys put in is stored or turned into heat, and heat never comes back.
 
-use super::super::body::{Body, BodySpec};
+use super::super::body::{BodySpec, TendonBody};
 use super::{body, spec};
 use hysteron_actuator::{Prony, TendonModel};
 use hysteron_base::rng;
@@ -17,7 +17,7 @@ fn full() -> BodySpec {
     spec
 }
 
-fn heat(body: &Body) -> f64 {
+fn heat(body: &TendonBody) -> f64 {
     body.creep_heat + body.tendons.iter().map(|tendon| tendon.dissipated).sum::<f64>()
 }
 

@@ -1,13 +1,13 @@
 //! The residual is the derivative of the energy; the tangent is nearly that of the residual.
 
-use super::super::body::Body;
+use super::super::body::TendonBody;
 use super::{body, spec};
 use hysteron_actuator::Prony;
 use hysteron_base::rng;
 use rand::RngExt;
 
 /// A body under everything at once, bent at random. Friction is so small that energy decides.
-fn loaded(amplitude: f64) -> (Body, [f64; 4]) {
+fn loaded(amplitude: f64) -> (TendonBody, [f64; 4]) {
     let mut spec = spec();
     spec.stiffness = [0.019, 0.014, 0.01, 1700.0];
     spec.axes_angle = 0.4;
@@ -27,7 +27,7 @@ fn loaded(amplitude: f64) -> (Body, [f64; 4]) {
     (body, [2e-3, 1e-3, 0.5e-3, 2.5e-3])
 }
 
-fn scaled(body: &Body, a: usize) -> f64 {
+fn scaled(body: &TendonBody, a: usize) -> f64 {
     body.stiffness[0][a].sqrt()
 }
 

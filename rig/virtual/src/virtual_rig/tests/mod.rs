@@ -15,7 +15,7 @@ mod presets;
 mod recordings;
 mod whole;
 
-use super::body::{Body, BodySpec};
+use super::body::{BodySpec, TendonBody};
 use hysteron_actuator::{FrictionLaw, Prony, TendonModel, TendonSpec};
 
 /// The tube of the CoReAct paper with round numbers, four tendons, and nothing that is not asked for.
@@ -42,15 +42,20 @@ pub(super) fn spec() -> BodySpec {
 }
 
 /// A body with tendons of that friction.
-pub(super) fn body(spec: BodySpec, friction: f64, friction_force: f64) -> Body {
+pub(super) fn body(spec: BodySpec, friction: f64, friction_force: f64) -> TendonBody {
     body_of_law(spec, friction, friction_force, FrictionLaw::Coulomb)
 }
 
 /// The same with another law of friction.
-pub(super) fn body_of_law(spec: BodySpec, friction: f64, friction_force: f64, law: FrictionLaw) -> Body {
+pub(super) fn body_of_law(
+    spec: BodySpec,
+    friction: f64,
+    friction_force: f64,
+    law: FrictionLaw,
+) -> TendonBody {
     let mut rest_lengths = vec![spec.length / spec.n_sections as f64; spec.n_sections + 1];
     rest_lengths[0] = 0.3;
     let tendon = TendonSpec { rest_lengths, axial_stiffness: 5000.0, friction, friction_force, law };
     let tendons = spec.guides.iter().map(|_| TendonModel::new(tendon.clone()).unwrap()).collect();
-    Body::new(spec, tendons)
+    TendonBody::new(spec, tendons)
 }

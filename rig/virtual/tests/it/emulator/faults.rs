@@ -4,12 +4,12 @@ use super::{Bench, PATIENCE};
 use dynamixel2::ReadError;
 use hysteron_base::json;
 use hysteron_rig::bus::xl430::*;
-use hysteron_virtual_rig::emulator::{FAULTS_LOG, Fault, FaultKind, FaultMoment, Faults, TORQUE_LOG};
+use hysteron_virtual_rig::emulator::{BusFault, FAULTS_LOG, FaultKind, FaultMoment, Faults, TORQUE_LOG};
 use std::time::{Duration, Instant};
 
 impl Bench {
     /// Breaks something now, and waits until it is broken.
-    fn inject(&mut self, fault: Fault) {
+    fn inject(&mut self, fault: BusFault) {
         let n_before = self.n(FaultMoment::Began);
         self.emulator.inject(fault).unwrap();
         self.wait_for("the fault", |bench| bench.n(FaultMoment::Began) > n_before);
@@ -23,7 +23,7 @@ impl Bench {
 #[test]
 fn dropped_answers_are_missing_and_only_those_of_the_servo() {
     let mut bench = Bench::new();
-    bench.inject(Fault::new(0.0, FaultKind::DropPacket).of_servo(2).times(2));
+    bench.inject(BusFault::new(0.0, FaultKind::DropPacket).of_servo(2).times(2));
     bench.ask(1, 1, &[]).unwrap();
     for _ in 0..2 {
         bench.say(2, 1, &[]);
@@ -36,7 +36,7 @@ fn dropped_answers_are_missing_and_only_those_of_the_servo() {
 #[test]
 fn a_lost_instruction_is_not_carried_out() {
     let mut bench = Bench::new();
-    bench.inject(Fault::new(0.0, FaultKind::DropInstruction).of_servo(3));
+    bench.inject(BusFault::new(0.0, FaultKind::DropInstruction).of_servo(3));
     bench.say(0xfe, 0x83, &[65, 0, 1, 0, 2, 1, 3, 1]);
     assert_eq!((bench.read(2, LED), bench.read(3, LED)), (1, 0));
 }
@@ -45,7 +45,7 @@ fn a_lost_instruction_is_not_carried_out() {
 fn a_damaged_answer_is_noticed_by_the_host() {
     let mut bench = Bench::new();
     for round in 0..20 {
-        bench.inject(Fault::new(0.0, FaultKind::CorruptPacket));
+        bench.inject(BusFault::new(0.0, FaultKind::CorruptPacket));
         let n_before = bench.emulator.counts().answers;
         bench.say(1, 2, &[132, 0, 4, 0]);
         bench.wait_for("the answer", |bench| bench.emulator.counts().answers > n_before);
@@ -61,7 +61,7 @@ fn a_damaged_answer_is_noticed_by_the_host() {
 #[test]
 fn a_delayed_answer_comes_late() {
     let mut bench = Bench::new();
-    bench.inject(Fault { delay_ms: Some(80.0), ..Fault::new(0.0, FaultKind::DelayPacket) });
+    bench.inject(BusFault { delay_ms: Some(80.0), ..BusFault::new(0.0, FaultKind::DelayPacket) });
     let start = Instant::now();
     bench.ask(1, 1, &[]).unwrap();
     assert!(start.elapsed() >= Duration::from_millis(80));
@@ -70,7 +70,7 @@ fn a_delayed_answer_comes_late() {
 #[test]
 fn noise_before_an_answer_is_survived() {
     let mut bench = Bench::new();
-    bench.inject(Fault::new(0.0, FaultKind::Noise).times(50));
+    bench.inject(BusFault::new(0.0, FaultKind::Noise).times(50));
     bench.ask(1, 1, &[]).unwrap();
 }
 
@@ -78,7 +78,7 @@ fn noise_before_an_answer_is_survived() {
 fn an_unplugged_bus_comes_back_under_the_same_name() {
     let mut bench = Bench::new();
     bench.torque(true);
-    bench.inject(Fault::new(0.0, FaultKind::UnplugBus).lasting(1.0));
+    bench.inject(BusFault::new(0.0, FaultKind::UnplugBus).lasting(1.0));
     let link = bench.emulator.servo_port().to_owned();
     assert!(!link.exists());
     let start = Instant::now();
@@ -99,7 +99,7 @@ fn an_unplugged_bus_comes_back_under_the_same_name() {
 fn an_unplugged_servo_comes_back_without_torque() {
     let mut bench = Bench::new();
     bench.torque(true);
-    bench.inject(Fault::new(0.0, FaultKind::UnplugServo).of_servo(4).lasting(0.2));
+    bench.inject(BusFault::new(0.0, FaultKind::UnplugServo).of_servo(4).lasting(0.2));
     bench.wait_for("the loss", |bench| bench.emulator.torque_on() == [true, true, true, false]);
     bench.say(4, 1, &[]);
     assert!(bench.is_silent());
@@ -113,7 +113,7 @@ fn a_brown_out_resets_all_servos() {
     let mut bench = Bench::new();
     bench.torque(true);
     bench.write(3, PROFILE_VELOCITY, 9).unwrap();
-    bench.inject(Fault::new(0.0, FaultKind::BrownOut));
+    bench.inject(BusFault::new(0.0, FaultKind::BrownOut));
     bench.wait_for("the reset", |bench| bench.emulator.torque_on() == [false; 4]);
     bench.wait_awake(3);
     assert_eq!(bench.read(3, PROFILE_VELOCITY), 0);
@@ -124,7 +124,7 @@ fn a_brown_out_resets_all_servos() {
 fn a_shallow_dip_is_only_an_alert() {
     let mut bench = Bench::new();
     bench.torque(true);
-    bench.inject(Fault { volts: Some(5.4), ..Fault::new(0.0, FaultKind::BrownOut) }.lasting(1.0));
+    bench.inject(BusFault { volts: Some(5.4), ..BusFault::new(0.0, FaultKind::BrownOut) }.lasting(1.0));
     bench.wait_for("the alert", |bench| bench.ask(1, 1, &[]).unwrap().0);
     bench.wait_for("its end", |bench| !bench.ask(1, 1, &[]).unwrap().0);
     assert_eq!(bench.emulator.torque_on(), [true; 4]);
@@ -135,7 +135,7 @@ fn faults_of_the_tracker_are_told_to_whoever_sends_its_poses() {
     let mut bench = Bench::new();
     let tracker = bench.emulator.tracker_faults();
     assert!(!tracker.is_active(FaultKind::TrackerFreeze));
-    bench.inject(Fault::new(0.0, FaultKind::TrackerFreeze).lasting(1.0));
+    bench.inject(BusFault::new(0.0, FaultKind::TrackerFreeze).lasting(1.0));
     bench.wait_for("the fault", |_| tracker.is_active(FaultKind::TrackerFreeze));
     bench.wait_for("its end", |_| !tracker.is_active(FaultKind::TrackerFreeze));
 }
@@ -165,5 +165,5 @@ fn a_script_runs_at_its_times_and_everything_is_logged() {
 #[test]
 fn impossible_faults_are_refused() {
     let bench = Bench::new();
-    assert!(bench.emulator.inject(Fault::new(0.0, FaultKind::Overload)).is_err());
+    assert!(bench.emulator.inject(BusFault::new(0.0, FaultKind::Overload)).is_err());
 }

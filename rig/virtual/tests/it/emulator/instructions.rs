@@ -112,7 +112,7 @@ fn indirect_data_reads_and_writes_several_registers_at_once() {
         let pointers: Vec<u8> =
             [112u16, 113, 114, 115, 144, 145, 146].into_iter().flat_map(u16::to_le_bytes).collect();
         bench.ask(2, 3, &[&addresses.address.to_le_bytes()[..], &pointers].concat()).unwrap();
-        bench.write(2, Register { address: data.address, size: 4 }, 77).unwrap();
+        bench.write(2, ControlRegister { address: data.address, size: 4 }, 77).unwrap();
         assert_eq!(bench.read(2, PROFILE_VELOCITY), 77);
         let [low, high] = data.address.to_le_bytes();
         let (_, bytes) = bench.ask(2, 2, &[low, high, 7, 0]).unwrap();

@@ -6,7 +6,7 @@ mod motion;
 mod port;
 
 use dynamixel2::{Bus, ReadError};
-use hysteron_rig::bus::xl430::{self, Register};
+use hysteron_rig::bus::xl430::{self, ControlRegister};
 use hysteron_virtual_rig::emulator::{Emulator, Options, Timing};
 use hysteron_virtual_rig::virtual_rig::World;
 use std::time::{Duration, Instant};
@@ -78,13 +78,13 @@ impl Bench {
         self.hear().1
     }
 
-    pub fn write(&mut self, id: u8, register: Register, value: i64) -> Result<bool, u8> {
+    pub fn write(&mut self, id: u8, register: ControlRegister, value: i64) -> Result<bool, u8> {
         let data = &value.to_le_bytes()[..usize::from(register.size)];
         let parameters = [&register.address.to_le_bytes(), data].concat();
         self.ask(id, 3, &parameters).map(|(alert, _)| alert)
     }
 
-    pub fn read(&mut self, id: u8, register: Register) -> i64 {
+    pub fn read(&mut self, id: u8, register: ControlRegister) -> i64 {
         let [low, high] = register.address.to_le_bytes();
         let (_, bytes) = self.ask(id, 2, &[low, high, register.size, 0]).unwrap();
         assert_eq!(bytes.len(), usize::from(register.size));

@@ -2,7 +2,7 @@
 
 use super::Bench;
 use hysteron_rig::bus::xl430::*;
-use hysteron_virtual_rig::emulator::{Fault, FaultKind};
+use hysteron_virtual_rig::emulator::{BusFault, FaultKind};
 use std::time::Duration;
 
 #[test]
@@ -91,7 +91,7 @@ fn the_watchdog_trips_in_silence_and_refuses_goals_until_cleared() {
 fn an_overload_takes_the_torque_until_a_reboot() {
     let mut bench = Bench::new();
     bench.torque(true);
-    bench.emulator.inject(Fault::new(0.0, FaultKind::Overload).of_servo(2)).unwrap();
+    bench.emulator.inject(BusFault::new(0.0, FaultKind::Overload).of_servo(2)).unwrap();
     bench.wait_for("the shutdown", |bench| bench.emulator.torque_on() == [true, false, true, true]);
     assert_eq!(bench.read(2, HARDWARE_ERROR), i64::from(error_bit::OVERLOAD));
     assert!(bench.ask(2, 1, &[]).unwrap().0, "no alert");
@@ -107,7 +107,7 @@ fn heat_takes_the_torque_only_if_the_shutdown_mask_says_so() {
     bench.write(1, SHUTDOWN, 0).unwrap();
     bench.torque(true);
     for id in [1, 2] {
-        bench.emulator.inject(Fault::new(0.0, FaultKind::Overheat).of_servo(id).lasting(0.3)).unwrap();
+        bench.emulator.inject(BusFault::new(0.0, FaultKind::Overheat).of_servo(id).lasting(0.3)).unwrap();
     }
     bench.wait_for("the shutdown", |bench| bench.emulator.torque_on() == [true, false, true, true]);
     assert!(bench.read(2, PRESENT_TEMPERATURE) > 72 || bench.read(2, HARDWARE_ERROR) != 0);

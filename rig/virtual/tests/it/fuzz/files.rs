@@ -4,7 +4,7 @@ use super::text::{slipped, slips};
 use super::{MEMORY_MAX, assert_in_house_form, assert_memory_is_bounded, corpus, drive};
 use hysteron_base::{BadInput, Metadata};
 use hysteron_control::Plan;
-use hysteron_rig::calibration::Calibration;
+use hysteron_rig::calibration::RigCalibration;
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::teleoperation::{ARMS_FILE, ArmsConfig};
 use hysteron_virtual_rig::emulator::Faults;
@@ -39,7 +39,7 @@ fn arms(text: &str) -> Result<(), BadInput> {
 
 /// The text as a calibration; what is accepted maps any position and any stroke, and can be written.
 fn calibration(text: &str) -> Result<(), BadInput> {
-    let calibration = Calibration::from_toml(text)?;
+    let calibration = RigCalibration::from_toml(text)?;
     for positions in [[i32::MIN; 4], [0; 4], [i32::MAX; 4]] {
         let moved = calibration.unwrapped(&positions);
         let mut strokes = [0.0; 4];
@@ -51,7 +51,7 @@ fn calibration(text: &str) -> Result<(), BadInput> {
             }
         }
     }
-    let again = Calibration::from_toml(&calibration.to_toml()).unwrap();
+    let again = RigCalibration::from_toml(&calibration.to_toml()).unwrap();
     assert_eq!(again.channels.len(), calibration.channels.len());
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Messages of a tracker whose checksums are right and whose contents are not.
 
 use super::{MEMORY_MAX, corpus, drive};
-use hysteron_rig::tracker::{Content, Decoded, Decoder, MAX_BUFFERED, ToolPose};
+use hysteron_rig::tracker::{DecodedMessage, MAX_BUFFERED, MessageContent, MessageDecoder, ToolPose};
 use proptest::prelude::*;
 
 /// CRC-64 of OpenIGTLink: ECMA-182, highest bit first.
@@ -117,17 +117,17 @@ fn assert_sound(pose: &ToolPose) {
 
 /// Decodes all; what is a pose is one. Returns the number of messages.
 fn decode(bytes: &[u8]) -> usize {
-    let (mut decoder, mut n) = (Decoder::new(), 0);
+    let (mut decoder, mut n) = (MessageDecoder::new(), 0);
     for piece in bytes.chunks(777) {
         decoder.decode(piece, |decoded| {
-            if let Decoded::Message(message) = decoded {
+            if let DecodedMessage::Message(message) = decoded {
                 n += 1;
                 assert!(message.time.is_none_or(f64::is_finite));
                 assert!(message.device.len() <= 20);
                 match message.content {
-                    Content::Transform(pose) | Content::Position(pose) => assert_sound(&pose),
-                    Content::Tools(tools) => tools.iter().for_each(|(_, pose)| assert_sound(pose)),
-                    Content::Status { .. } => {}
+                    MessageContent::Transform(pose) | MessageContent::Position(pose) => assert_sound(&pose),
+                    MessageContent::Tools(tools) => tools.iter().for_each(|(_, pose)| assert_sound(pose)),
+                    MessageContent::Status { .. } => {}
                 }
             }
         });

@@ -9,9 +9,11 @@ use super::probe::{Probe, Read, Rig, simulated, wait_for};
 use super::{TURN, small_circle};
 use hysteron_base::{Metadata, Recording, json, rng};
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session, Stop, events_path, journal_path};
+use hysteron_rig::session::{
+    Outcome, RecordOptions, RigRecorder, RigSession, Stop, events_path, journal_path,
+};
 use hysteron_rig::{Event, EventKind, Hardware, LiveRig};
-use hysteron_virtual_rig::emulator::{Fault, FaultKind, FaultMoment};
+use hysteron_virtual_rig::emulator::{BusFault, FaultKind, FaultMoment};
 use rand::RngExt;
 use std::collections::{BTreeMap, VecDeque};
 use std::io::Write;
@@ -49,7 +51,7 @@ const SLACK: f64 = 0.5;
 pub(super) struct Script {
     n_rows: usize,
     /// When after the torque went on [s], and what.
-    pub faults: Vec<(f64, Fault)>,
+    pub faults: Vec<(f64, BusFault)>,
     end: End,
 }
 
@@ -71,7 +73,7 @@ pub(super) fn survivable(seed: u64) -> Script {
     while time < 0.01 * n_rows as f64 {
         use FaultKind::{CorruptPacket, DelayPacket, DropInstruction, DropPacket, Noise};
         let kind = [DropPacket, CorruptPacket, DelayPacket, DropInstruction, Noise][rng.random_range(0..5)];
-        let mut fault = Fault::new(0.0, kind);
+        let mut fault = BusFault::new(0.0, kind);
         if kind == DelayPacket {
             fault.delay_ms = Some(rng.random_range(70.0..100.0));
         }
@@ -98,7 +100,7 @@ pub(super) fn survivable(seed: u64) -> Script {
             (FaultKind::TrackerJump, 0.1),
             (FaultKind::TrackerCorrupt, 0.15),
         ][rng.random_range(0..6)];
-        faults.push((time, Fault::new(0.0, kind).lasting(duration)));
+        faults.push((time, BusFault::new(0.0, kind).lasting(duration)));
         time += rng.random_range(1.5..1.6);
     }
     faults.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -109,7 +111,7 @@ pub(super) fn survivable(seed: u64) -> Script {
 pub(super) fn fatal(seed: u64) -> Script {
     let mut rng = rng(seed, "tests/campaign/fatal");
     let id = rng.random_range(1..=4);
-    let of = |kind| Fault::new(0.0, kind);
+    let of = |kind| BusFault::new(0.0, kind);
     let fault = match seed % 18 {
         0 => of(FaultKind::UnplugBus).lasting(rng.random_range(0.1..1.5)),
         1 => of(FaultKind::UnplugBus).lasting(4.5), // longer than the session's patience
@@ -118,11 +120,11 @@ pub(super) fn fatal(seed: u64) -> Script {
         4 => of(FaultKind::Overheat).of_servo(id).lasting(rng.random_range(0.1..0.8)),
         5 | 6 => {
             let torque_nm = Some(if rng.random_bool(0.5) { 1.35 } else { -1.35 });
-            Fault { torque_nm, ..of(FaultKind::Hold).of_servo(id).lasting(0.4) }
+            BusFault { torque_nm, ..of(FaultKind::Hold).of_servo(id).lasting(0.4) }
         }
         7 => of(FaultKind::BrownOut).lasting(rng.random_range(0.05..0.5)),
         8 => of(FaultKind::BrownOut).of_servo(id).lasting(rng.random_range(0.05..0.5)),
-        9 => Fault { volts: Some(rng.random_range(5.2..9.0)), ..of(FaultKind::BrownOut).lasting(1.5) },
+        9 => BusFault { volts: Some(rng.random_range(5.2..9.0)), ..of(FaultKind::BrownOut).lasting(1.5) },
         10 => of(FaultKind::DropPacket).times(120),
         11 => of(FaultKind::DropInstruction).times(150),
         12 => of(FaultKind::UnplugTracker).lasting(2.0),
@@ -143,7 +145,7 @@ pub(super) fn fatal(seed: u64) -> Script {
 
 /// Events of which at least one tells of a fault, and how long after its beginning at the latest [s]; none for what
 /// cannot be told from silence.
-fn told_by(fault: &Fault, is_fatal: bool) -> Option<(&'static [EventKind], f64)> {
+fn told_by(fault: &BusFault, is_fatal: bool) -> Option<(&'static [EventKind], f64)> {
     use EventKind::{
         BusLost, Corrupt, HardwareError, Limit, Reset, Timeout, TrackerCorrupt, TrackerLost, TrackerQuality,
         TrackerStale,
@@ -174,7 +176,7 @@ fn told_by(fault: &Fault, is_fatal: bool) -> Option<(&'static [EventKind], f64)>
 
 /// Result of a script.
 struct Found {
-    injected: Vec<(f64, Fault)>,
+    injected: Vec<(f64, BusFault)>,
     outcome: Outcome,
     problems: Vec<String>,
 }
@@ -192,8 +194,8 @@ fn carry_out(script: &Script, n_tries: u32) -> Found {
     // Reads before the first row's, and up to the last row's.
     let rows = std::cell::Cell::new(None);
     let options = RecordOptions::new(rig.out(), Metadata::default());
-    let recorder = Recorder::begin(&rig.config, &calibration, options).unwrap();
-    let session = match Session::start(&mut probe, &rig.config, &calibration, 100.0) {
+    let recorder = RigRecorder::begin(&rig.config, &calibration, options).unwrap();
+    let session = match RigSession::start(&mut probe, &rig.config, &calibration, 100.0) {
         Ok(session) => session,
         // A machine too busy for the emulator to answer, or a fault too early: that is no recording.
         Err(_) if n_tries > 0 && rig.comes_to_be_released() => return carry_out(script, n_tries - 1),
@@ -242,7 +244,7 @@ fn carry_out(script: &Script, n_tries: u32) -> Found {
 
 fn check_events(
     script: &Script,
-    injected: &[(f64, Fault)],
+    injected: &[(f64, BusFault)],
     events: &[Event],
     slack: f64,
     problems: &mut Vec<String>,
@@ -354,7 +356,7 @@ impl Rival {
 pub(super) fn check_torque(
     rig: &Rig,
     is_torque_settled: bool,
-    injected: &[(f64, Fault)],
+    injected: &[(f64, BusFault)],
     problems: &mut Vec<String>,
 ) {
     let is_over = || {

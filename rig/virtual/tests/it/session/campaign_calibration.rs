@@ -6,7 +6,7 @@ use super::probe::{Probe, Rig, wait_for};
 use hysteron_base::rng;
 use hysteron_rig::calibration::calibrate;
 use hysteron_rig::{Hardware, LiveRig};
-use hysteron_virtual_rig::emulator::{Fault, FaultKind};
+use hysteron_virtual_rig::emulator::{BusFault, FaultKind};
 use rand::RngExt;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::time::Instant;
@@ -19,7 +19,7 @@ const LATEST: f64 = 8.0;
 #[derive(Debug, Clone)]
 pub(super) struct Script {
     /// When after the beginning [s], and what.
-    faults: Vec<(f64, Fault)>,
+    faults: Vec<(f64, BusFault)>,
     end: End,
 }
 
@@ -43,7 +43,7 @@ pub(super) fn drawn(seed: u64) -> Script {
 }
 
 /// Calibrates; returns what broke, how it ended, and what was wrong with that.
-pub(super) fn carry_out(script: &Script) -> (Vec<(f64, Fault)>, String, Vec<String>) {
+pub(super) fn carry_out(script: &Script) -> (Vec<(f64, BusFault)>, String, Vec<String>) {
     let rig = Rig::among_others(&[&RIG[..], &[HOLD]].concat());
     let mut probe = Probe::new(rig.open(), &rig.emulator);
     let begun = Instant::now();
@@ -76,7 +76,7 @@ pub(super) fn carry_out(script: &Script) -> (Vec<(f64, Fault)>, String, Vec<Stri
     // Nobody tells whether the servos could be reached: a bus that was away or deaf for longer than the session's
     // patience leaves them to the watchdog process, whose part is played here; a servo that has lost its plug has
     // lost its power.
-    let outlasts = |fault: &Fault| match fault.kind {
+    let outlasts = |fault: &BusFault| match fault.kind {
         FaultKind::UnplugBus => fault.duration_s.is_some_and(|duration| duration > 1.0),
         FaultKind::DropPacket | FaultKind::DropInstruction => fault.count.is_some_and(|count| count > 100),
         _ => false,

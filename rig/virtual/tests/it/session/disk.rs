@@ -4,7 +4,7 @@ use super::small_circle;
 use super::stage::{Mishap, Stage};
 use hysteron_base::{JournalFile, Metadata, Recording};
 use hysteron_rig::bus::{BusCounts, ServoReport};
-use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session, journal_path};
+use hysteron_rig::session::{Outcome, RecordOptions, RigRecorder, RigSession, journal_path};
 use hysteron_rig::{Event, EventKind, Hardware, Pose, Result, ServoSample, SlowSample};
 use hysteron_virtual_rig::virtual_rig::VirtualRobot;
 use std::fs::File;
@@ -155,13 +155,13 @@ fn recorded(folder: &Path, is_stalling: bool) -> (Outcome, Recording) {
     let recorder = if is_stalling {
         let file = File::create(journal_path(&options.out)).unwrap();
         let file = Arc::new(StallingFile { file, waited, n: AtomicUsize::new(0) });
-        Recorder::begin_in(file, &config, &calibration, options).unwrap()
+        RigRecorder::begin_in(file, &config, &calibration, options).unwrap()
     } else {
-        Recorder::begin(&config, &calibration, options).unwrap()
+        RigRecorder::begin(&config, &calibration, options).unwrap()
     };
     // What the disk takes before the torque is on costs nothing.
     rig.catch_up();
-    let session = Session::start(&mut rig, &config, &calibration, 100.0).unwrap();
+    let session = RigSession::start(&mut rig, &config, &calibration, 100.0).unwrap();
     let outcome = recorder.run(session, &small_circle(400), &|| false, &mut |_| {}).unwrap();
     assert!(!rig.stage.is_under_torque());
     let recording = Recording::read(&outcome.out).unwrap();

@@ -3,8 +3,8 @@
 use super::probe::Rig;
 use super::small_circle;
 use hysteron_base::{Metadata, Recording};
-use hysteron_rig::session::{RecordOptions, Recorder, Session, journal_path, recover};
-use hysteron_virtual_rig::emulator::{Fault, FaultKind};
+use hysteron_rig::session::{RecordOptions, RigRecorder, RigSession, journal_path, recover};
+use hysteron_virtual_rig::emulator::{BusFault, FaultKind};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 const PATIENT: (&str, &str) = ("reply_timeout_ms = 4.0", "reply_timeout_ms = 400.0");
@@ -13,8 +13,8 @@ fn record_on(rig: &Rig, n: usize, asked: &dyn Fn() -> bool, progress: &mut dyn F
     let (mut hardware, servos) = rig.ready();
     let calibration = rig.calibration(&servos);
     let options = RecordOptions::new(rig.out(), Metadata::default());
-    let Ok(recorder) = Recorder::begin(&rig.config, &calibration, options) else { return false };
-    let session = Session::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
+    let Ok(recorder) = RigRecorder::begin(&rig.config, &calibration, options) else { return false };
+    let session = RigSession::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
     assert_eq!(rig.emulator.torque_on(), [true; 4]);
     recorder.run(session, &small_circle(n), asked, progress).is_ok()
 }
@@ -68,9 +68,9 @@ fn a_start_that_fails_half_way_lets_go_even_where_the_end_would_hold() {
     let calibration = rig.calibration(&servos);
     // The answers of the last servo to all tries to switch it on are lost; it switches all the same.
     let n = 1 + rig.config.servos.retries;
-    rig.emulator.inject(Fault::new(0.0, FaultKind::DropPacket).of_servo(4).times(3 * n)).unwrap();
+    rig.emulator.inject(BusFault::new(0.0, FaultKind::DropPacket).of_servo(4).times(3 * n)).unwrap();
     std::thread::sleep(std::time::Duration::from_millis(50));
-    let started = Session::start(&mut hardware, &rig.config, &calibration, 100.0);
+    let started = RigSession::start(&mut hardware, &rig.config, &calibration, 100.0);
     assert!(started.is_err());
     assert!(rig.comes_to_be_released(), "{:?}", rig.emulator.torque_on());
 }

@@ -4,9 +4,9 @@ use super::probe::Rig;
 use super::small_circle;
 use super::stage::{MOMENT, Mishap, Stage};
 use hysteron_base::{Metadata, Recording};
-use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session, Stop};
+use hysteron_rig::session::{Outcome, RecordOptions, RigRecorder, RigSession, Stop};
 use hysteron_rig::{Error, EventKind, ShutdownAction};
-use hysteron_virtual_rig::emulator::{Fault, FaultKind};
+use hysteron_virtual_rig::emulator::{BusFault, FaultKind};
 use std::cell::Cell;
 
 /// A busy machine answers late, which is not what is tested here.
@@ -150,7 +150,7 @@ fn a_limit_before_the_first_row_leaves_a_log_and_no_recording() {
     let outcome = recorded(
         &rig,
         50,
-        &[Fault { volts: Some(9.0), ..Fault::new(0.0, FaultKind::BrownOut) }.lasting(2.0)],
+        &[BusFault { volts: Some(9.0), ..BusFault::new(0.0, FaultKind::BrownOut) }.lasting(2.0)],
         0,
     );
     assert!(
@@ -164,12 +164,12 @@ fn a_limit_before_the_first_row_leaves_a_log_and_no_recording() {
 }
 
 /// Records on an emulated rig, and breaks these before row `at`.
-fn recorded(rig: &Rig, n: usize, faults: &[Fault], at: usize) -> Outcome {
+fn recorded(rig: &Rig, n: usize, faults: &[BusFault], at: usize) -> Outcome {
     recorded_until(rig, n, faults, at, usize::MAX)
 }
 
 /// The same, asked to stop after so many rows.
-fn recorded_until(rig: &Rig, n: usize, faults: &[Fault], at: usize, stop: usize) -> Outcome {
+fn recorded_until(rig: &Rig, n: usize, faults: &[BusFault], at: usize, stop: usize) -> Outcome {
     let (mut hardware, servos) = rig.ready();
     let calibration = rig.calibration(&servos);
     let break_all = || faults.iter().for_each(|fault| rig.emulator.inject(fault.clone()).unwrap());
@@ -177,8 +177,8 @@ fn recorded_until(rig: &Rig, n: usize, faults: &[Fault], at: usize, stop: usize)
         break_all();
     }
     let options = RecordOptions::new(rig.out(), Metadata::default());
-    let recorder = Recorder::begin(&rig.config, &calibration, options).unwrap();
-    let session = Session::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
+    let recorder = RigRecorder::begin(&rig.config, &calibration, options).unwrap();
+    let session = RigSession::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
     let done = Cell::new(0);
     let progress = &mut |row| {
         if row == at {
@@ -192,7 +192,7 @@ fn recorded_until(rig: &Rig, n: usize, faults: &[Fault], at: usize, stop: usize)
 #[test]
 fn a_servo_with_an_error_of_its_own_lets_all_go() {
     let rig = Rig::new(&[PATIENT]);
-    let outcome = recorded(&rig, 300, &[Fault::new(0.0, FaultKind::Overload).of_servo(2)], MOMENT);
+    let outcome = recorded(&rig, 300, &[BusFault::new(0.0, FaultKind::Overload).of_servo(2)], MOMENT);
     let Some(Stop::Limit(violation)) = &outcome.stopped else { panic!("{:?}", outcome.stopped) };
     assert_eq!((violation.tendon, violation.shutdown), (Some(1), ShutdownAction::TorqueOff));
     assert_eq!(violation.message, "the servo reports overload");
@@ -206,7 +206,7 @@ fn a_servo_with_an_error_of_its_own_lets_all_go() {
 #[test]
 fn a_servo_that_is_silent_is_lost_and_the_others_let_go() {
     let rig = Rig::new(&[("reply_timeout_ms = 4.0", "reply_timeout_ms = 100.0")]);
-    let outcome = recorded(&rig, 300, &[Fault::new(0.0, FaultKind::UnplugServo).of_servo(3)], MOMENT);
+    let outcome = recorded(&rig, 300, &[BusFault::new(0.0, FaultKind::UnplugServo).of_servo(3)], MOMENT);
     assert!(
         matches!(&outcome.stopped, Some(Stop::Failed(Error::Bus(why))) if why.contains("servo 3 has not answered")),
         "{:?}",
@@ -241,7 +241,7 @@ fn a_rig_that_shall_hold_holds_after_a_run_that_came_to_its_end() {
 #[test]
 fn a_rig_that_shall_hold_lets_go_after_any_other_end() {
     let rig = Rig::new(&[PATIENT, HOLD]);
-    let outcome = recorded(&rig, 300, &[Fault::new(0.0, FaultKind::Overload).of_servo(1)], 50);
+    let outcome = recorded(&rig, 300, &[BusFault::new(0.0, FaultKind::Overload).of_servo(1)], 50);
     assert!(matches!(outcome.stopped, Some(Stop::Limit(_))));
     assert!(rig.comes_to_be_released());
     drop(rig);

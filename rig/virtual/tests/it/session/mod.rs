@@ -12,9 +12,9 @@ mod torque;
 
 use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_control::Plan;
-use hysteron_rig::calibration::{Calibration, ChannelMap};
+use hysteron_rig::calibration::{ChannelMap, RigCalibration};
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session};
+use hysteron_rig::session::{Outcome, RecordOptions, RigRecorder, RigSession};
 use hysteron_rig::{Hardware, LiveRig, Result};
 use hysteron_virtual_rig::emulator::{Emulator, Options, Timing};
 use hysteron_virtual_rig::virtual_rig::World;
@@ -61,7 +61,7 @@ impl Stand {
     }
 
     /// Zero where the servos stand.
-    pub fn calibration(&self, hardware: &mut LiveRig) -> Result<Calibration> {
+    pub fn calibration(&self, hardware: &mut LiveRig) -> Result<RigCalibration> {
         let servos = hardware.prepare()?;
         let channels = servos.iter().zip(&self.rig.tendons).map(|(servo, tendon)| ChannelMap {
             servo_id: servo.id,
@@ -72,7 +72,7 @@ impl Stand {
             zero: servo.position,
             slack_end: -1e-3,
         });
-        Ok(Calibration {
+        Ok(RigCalibration {
             date: "today".into(),
             rig: self.rig.name.clone(),
             channels: channels.collect(),
@@ -93,8 +93,8 @@ impl Stand {
         let mut hardware = LiveRig::open(&self.rig)?;
         let calibration = self.calibration(&mut hardware)?;
         let options = RecordOptions::new(self.out(), Metadata::default());
-        let recorder = Recorder::begin(&self.rig, &calibration, options)?;
-        let session = Session::start(&mut hardware, &self.rig, &calibration, 100.0)?;
+        let recorder = RigRecorder::begin(&self.rig, &calibration, options)?;
+        let session = RigSession::start(&mut hardware, &self.rig, &calibration, 100.0)?;
         recorder.run(session, &commands, asked, progress)
     }
 }

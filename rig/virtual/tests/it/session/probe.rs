@@ -2,11 +2,11 @@
 
 use super::turn;
 use hysteron_rig::bus::{BusCounts, ServoReport};
-use hysteron_rig::calibration::{Calibration, calibrate};
+use hysteron_rig::calibration::{RigCalibration, calibrate};
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::{Event, Hardware, LiveRig, Pose, Result, ServoSample, SlowSample};
 use hysteron_virtual_rig::emulator::{
-    DeviceClock, Emulator, Fault, Format, Options, PoseDelivery, PoseServerSettings, Timing,
+    BusFault, DeviceClock, Emulator, Format, Options, PoseDelivery, PoseServerSettings, Timing,
 };
 use hysteron_virtual_rig::virtual_rig::{SimulatedRig, VirtualRobot, World, rig_file};
 use std::cell::Cell;
@@ -20,8 +20,8 @@ use std::time::{Duration, Instant};
 const SEED: u64 = 1;
 
 /// Calibration of the simulated rig, and where its servos stood at power-on [ticks].
-pub fn simulated() -> &'static (Calibration, Vec<i32>) {
-    static FOUND: OnceLock<(Calibration, Vec<i32>)> = OnceLock::new();
+pub fn simulated() -> &'static (RigCalibration, Vec<i32>) {
+    static FOUND: OnceLock<(RigCalibration, Vec<i32>)> = OnceLock::new();
     FOUND.get_or_init(|| {
         let robot = VirtualRobot::preset("typical").unwrap();
         let rig = RigConfig::from_toml(&rig_file(&robot), Path::new("")).unwrap();
@@ -77,7 +77,7 @@ impl Rig {
     }
 
     /// The simulated rig's calibration, in the ticks that these servos count: their horns may sit half a turn on.
-    pub fn calibration(&self, servos: &[ServoReport]) -> Calibration {
+    pub fn calibration(&self, servos: &[ServoReport]) -> RigCalibration {
         let (mut calibration, stood) = simulated().clone();
         for ((channel, servo), stood) in calibration.channels.iter_mut().zip(servos).zip(stood) {
             channel.zero += servo.position - stood;
@@ -144,9 +144,9 @@ pub struct Probe<'a> {
     pub rig: LiveRig,
     emulator: &'a Emulator,
     /// Faults to come with their times on the rig's clock [s], in order.
-    pub due: VecDeque<(f64, Fault)>,
+    pub due: VecDeque<(f64, BusFault)>,
     /// Faults that were handed over, and when [s].
-    pub injected: Vec<(f64, Fault)>,
+    pub injected: Vec<(f64, BusFault)>,
     pub reads: Vec<Read>,
     /// Number of `reads`, for whoever cannot look at them while a session has this.
     pub n_reads: Rc<Cell<usize>>,

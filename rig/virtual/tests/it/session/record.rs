@@ -5,9 +5,9 @@ use super::{Stand, circle, small_circle};
 use hysteron_base::{Channel, Metadata, Recording};
 use hysteron_rig::bus::{REGISTER_PATIENCE, xl430};
 use hysteron_rig::config::{TrackerConfig, TrackerSource};
-use hysteron_rig::session::{RecordOptions, Recorder, Session};
+use hysteron_rig::session::{RecordOptions, RigRecorder, RigSession};
 use hysteron_rig::{EventKind, Hardware, LiveRig};
-use hysteron_virtual_rig::emulator::{Fault, FaultKind};
+use hysteron_virtual_rig::emulator::{BusFault, FaultKind};
 use std::time::{Duration, Instant};
 
 #[test]
@@ -102,7 +102,7 @@ fn a_late_answer_is_not_taken_for_that_of_the_next_question() {
     let mut hardware = LiveRig::open(&stand.rig).unwrap();
     // Every third answer comes after its question was given up: registers of one byte must still not be mixed up.
     for _ in 0..12 {
-        let delay = Fault {
+        let delay = BusFault {
             at_s: 0.0,
             kind: FaultKind::DelayPacket,
             servo: Some(1),
@@ -121,8 +121,11 @@ fn a_late_answer_is_not_taken_for_that_of_the_next_question() {
 }
 
 /// A servo that answers everything so much too late [s].
-fn late(by: f64) -> Fault {
-    Fault { delay_ms: Some(1e3 * by), ..Fault::new(0.0, FaultKind::DelayPacket).of_servo(1).times(10_000) }
+fn late(by: f64) -> BusFault {
+    BusFault {
+        delay_ms: Some(1e3 * by),
+        ..BusFault::new(0.0, FaultKind::DelayPacket).of_servo(1).times(10_000)
+    }
 }
 
 #[test]
@@ -150,7 +153,7 @@ fn a_servo_that_never_answers_is_given_up_after_the_stated_time() {
     stand.rig.servos.reply_timeout = 4e-3;
     let mut hardware = LiveRig::open(&stand.rig).unwrap();
     hardware.prepare().unwrap();
-    stand.emulator.inject(Fault::new(0.0, FaultKind::UnplugServo).of_servo(1)).unwrap();
+    stand.emulator.inject(BusFault::new(0.0, FaultKind::UnplugServo).of_servo(1)).unwrap();
     std::thread::sleep(Duration::from_millis(50));
     let (before, start) = (hardware.counts().timeouts, Instant::now());
     let error = hardware.bus().read(1, xl430::LED).unwrap_err().to_string();
@@ -174,11 +177,11 @@ fn a_tracker_that_repeats_its_last_pose_leaves_gaps() {
     let (mut hardware, servos) = rig.ready();
     let calibration = rig.calibration(&servos);
     let options = RecordOptions::new(rig.out(), Metadata::default());
-    let recorder = Recorder::begin(&rig.config, &calibration, options).unwrap();
-    let session = Session::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
+    let recorder = RigRecorder::begin(&rig.config, &calibration, options).unwrap();
+    let session = RigSession::start(&mut hardware, &rig.config, &calibration, 100.0).unwrap();
     let progress = &mut |row: usize| {
         if row.is_multiple_of(150) {
-            rig.emulator.inject(Fault::new(0.0, FaultKind::TrackerFreeze).lasting(0.2)).unwrap();
+            rig.emulator.inject(BusFault::new(0.0, FaultKind::TrackerFreeze).lasting(0.2)).unwrap();
         }
     };
     let outcome = recorder.run(session, &small_circle(600), &|| false, progress).unwrap();

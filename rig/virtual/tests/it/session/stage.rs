@@ -3,9 +3,9 @@
 use super::probe::simulated;
 use hysteron_base::{Metadata, Recording};
 use hysteron_rig::bus::{BusCounts, ServoReport};
-use hysteron_rig::calibration::Calibration;
+use hysteron_rig::calibration::RigCalibration;
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::session::{Outcome, RecordOptions, Recorder, Session};
+use hysteron_rig::session::{Outcome, RecordOptions, RigRecorder, RigSession};
 use hysteron_rig::{Event, Hardware, Pose, Result, ServoSample, SlowSample};
 use hysteron_virtual_rig::virtual_rig::{SimulatedRig, VirtualRobot, World, rig_file};
 use std::cell::Cell;
@@ -56,7 +56,7 @@ impl Stage {
     }
 
     /// The calibration of `typical`, for where the servos stand now; also notes where rest is.
-    pub fn calibration(&mut self) -> Calibration {
+    pub fn calibration(&mut self) -> RigCalibration {
         let positions: Vec<i32> = self.prepare().unwrap().iter().map(|servo| servo.position).collect();
         let calibration = simulated().0.unwrapped(&positions);
         self.rest = calibration.channels.iter().map(|channel| channel.zero).collect();
@@ -71,8 +71,8 @@ impl Stage {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("run.parquet");
         let options = RecordOptions::new(out, Metadata::default());
-        let recorder = Recorder::begin(&config, &calibration, options).unwrap();
-        let session = Session::start(&mut stage, &config, &calibration, 100.0).unwrap();
+        let recorder = RigRecorder::begin(&config, &calibration, options).unwrap();
+        let session = RigSession::start(&mut stage, &config, &calibration, 100.0).unwrap();
         let outcome = recorder.run(session, commands, &|| false, &mut |_| {}).unwrap();
         let n_rows = Recording::read(&outcome.out).map_or(0, |recording| recording.n_samples());
         assert_eq!(n_rows, outcome.n_rows);

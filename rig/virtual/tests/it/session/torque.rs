@@ -6,9 +6,9 @@ use super::stage::{MOMENT, Mishap, Stage};
 use hysteron_rig::bus::TorqueState;
 use hysteron_rig::calibration::calibrate;
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::session::{Session, Stop};
+use hysteron_rig::session::{RigSession, Stop};
 use hysteron_rig::{Error, Hardware, LiveRig, ServoSample};
-use hysteron_virtual_rig::emulator::{Fault, FaultKind};
+use hysteron_virtual_rig::emulator::{BusFault, FaultKind};
 use hysteron_virtual_rig::virtual_rig::VirtualRobot;
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -77,7 +77,7 @@ fn a_motion_that_fails_switches_the_torque_off_before_it_returns() {
         let (mut stage, config) = Stage::set(&typical(), &[HOLD], mishap);
         let calibration = stage.calibration();
         let torque = stage.torque.clone();
-        let mut session = Session::start(&mut stage, &config, &calibration, 100.0).unwrap();
+        let mut session = RigSession::start(&mut stage, &config, &calibration, 100.0).unwrap();
         assert!(torque.get());
         let stop = session.slew(&[0.0; 4], 10.0, &|| false).unwrap_err();
         assert!(stop.to_string().contains(part), "{part}: {stop}");
@@ -93,7 +93,7 @@ fn a_motion_that_fails_switches_the_torque_off_before_it_returns() {
 fn a_session_that_somebody_drops_is_not_held() {
     let (mut stage, config) = Stage::set(&typical(), &[HOLD], Mishap::None);
     let calibration = stage.calibration();
-    drop(Session::start(&mut stage, &config, &calibration, 100.0).unwrap());
+    drop(RigSession::start(&mut stage, &config, &calibration, 100.0).unwrap());
     assert!(!stage.is_under_torque());
 }
 
@@ -112,7 +112,7 @@ fn time_to_off(silent: u8, kind: FaultKind) -> f64 {
     let mut rig = stand.rig.clone();
     rig.servos.reply_timeout = 4e-3; // as in the preset
     let mut hardware = LiveRig::open(&rig).unwrap();
-    let fault = Fault::new(0.0, kind).of_servo(silent);
+    let fault = BusFault::new(0.0, kind).of_servo(silent);
     let fault = if kind == FaultKind::UnplugServo { fault } else { fault.times(10_000) };
     stand.emulator.inject(fault).unwrap();
     std::thread::sleep(Duration::from_millis(50));
@@ -157,7 +157,7 @@ fn servos_that_missed_the_first_instruction_are_told_again() {
     let mut hardware = LiveRig::open(&stand.rig).unwrap();
     hardware.prepare().unwrap();
     hardware.enable_torque().unwrap();
-    stand.emulator.inject(Fault::new(0.0, FaultKind::DropInstruction).times(2)).unwrap();
+    stand.emulator.inject(BusFault::new(0.0, FaultKind::DropInstruction).times(2)).unwrap();
     std::thread::sleep(Duration::from_millis(50));
     hardware.disable_torque().unwrap();
     assert_eq!(stand.emulator.torque_on(), [false; 4]);

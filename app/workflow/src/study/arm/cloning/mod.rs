@@ -11,7 +11,7 @@ use hysteron_base::{BadInput, json, rng};
 use hysteron_learn::{
     Activation, Adam, ByParameters, Decay, Mlp, MlpTape, Objective, Schedule, TrainingSession, minimise,
 };
-use hysteron_virtual_rig::virtual_arm::{Control, Leader, N_JOINTS, N_SERVOS, Reading, VirtualArm};
+use hysteron_virtual_rig::virtual_arm::{ArmControl, N_JOINTS, N_SERVOS, Reading, VirtualArm, VirtualLeader};
 use nalgebra::Vector3;
 use rand::RngExt;
 use serde_json::Value;
@@ -90,7 +90,7 @@ impl Observed {
 
 /// An object to handle.
 struct Trial {
-    plan: Leader,
+    plan: VirtualLeader,
     mass: f64,
     goal: Vector3<f64>,
     name: String,
@@ -103,7 +103,7 @@ impl Trial {
         let mut about = |centre: [f64; 3], by: f64| {
             Vector3::from_fn(|k, _| centre[k] + by * stream.random_range(-1.0..1.0))
         };
-        let mut plan = Leader::steady(&arm.chain);
+        let mut plan = VirtualLeader::steady(&arm.chain);
         let goal = match task {
             Task::Place => {
                 let [from, to] = [-0.09, 0.09].map(|y| about([0.20, y, 0.03], 0.02));
@@ -128,7 +128,7 @@ impl Trial {
     }
 
     /// Largest distance from the goal in the last seconds [m].
-    fn run(&self, arm: &VirtualArm, control: &mut Control<'_>) -> f64 {
+    fn run(&self, arm: &VirtualArm, control: &mut ArmControl<'_>) -> f64 {
         let weight = [0.0, 0.0, -self.mass * arm.chain.gravity.norm()];
         let mut control = |reading: &Reading, planned: &[f64; N_SERVOS], _| control(reading, planned, weight);
         let moments = arm.handle((&self.plan, self.mass), (ARM.1, &self.name), &mut control);
@@ -368,7 +368,7 @@ pub(super) fn run(options: &Options, context: &Context) -> anyhow::Result<Option
 
 impl Study<'_> {
     /// Distances of all trials of a task under the controllers that `control` makes for their numbers.
-    fn every<'c>(&self, task: Task, control: &dyn Fn(usize) -> Box<Control<'c>>) -> Vec<f64> {
+    fn every<'c>(&self, task: Task, control: &dyn Fn(usize) -> Box<ArmControl<'c>>) -> Vec<f64> {
         let one = |number: usize| {
             Trial::draw(&self.arm, task, "test", number).run(&self.arm, &mut *control(number))
         };
