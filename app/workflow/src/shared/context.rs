@@ -3,10 +3,8 @@
 use std::ffi::OsString;
 use std::path::Path;
 
-use hysteron_base::json;
 use hysteron_learn::Provenance;
 use hysteron_report::text::without_signs_of_zeros;
-use serde_json::Value;
 
 /// Hears how far a verb is, and may stop it.
 pub trait ProgressSink: Sync {
@@ -128,13 +126,6 @@ impl Context<'_> {
             commit: crate::COMMIT.to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
         }
-    }
-
-    /// Writes into the details of a checkpoint what made it.
-    pub(crate) fn sign(&self, training: &mut Value) {
-        training["command"] = json!(self.command);
-        training["commit"] = json!(crate::COMMIT);
-        training["version"] = json!(env!("CARGO_PKG_VERSION"));
     }
 
     /// A folder with a report, as the last line of a result.

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::current::CurrentModel;
+use super::details::ActuatorDetails;
 use super::features::{Features, InputScale};
 use super::loss::Heads;
 use super::sensing::{Sensing, SensingHeader};
@@ -36,8 +37,8 @@ pub struct NeuralActuator {
     pub sensing: Option<Sensing>,
     /// A longer force is a contact [N].
     pub contact: f64,
-    /// Whatever else its user must know.
-    pub details: Value,
+    /// Its training, and the baselines that were fitted with it.
+    pub details: ActuatorDetails,
 }
 
 /// All but the parameters, as the file has it.
@@ -53,7 +54,7 @@ struct Header {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     sensing: Option<SensingHeader>,
     contact: f64,
-    details: Value,
+    details: ActuatorDetails,
 }
 
 impl NeuralActuator {

@@ -1,6 +1,6 @@
 //! `Comparison`: an actuator compared with its baselines on trajectories that it was not trained on.
 
-use hysteron_base::{BadInput, json, parallel};
+use hysteron_base::{BadInput, parallel};
 
 use super::actuator::NeuralActuator;
 use super::comparison_scores::{
@@ -9,8 +9,8 @@ use super::comparison_scores::{
 };
 use super::condition::{ConditionSaid, DetectorScores, detectors};
 use super::data::Trajectory;
+use super::details::Rivals;
 use super::evaluate::{PoseScores, Rollout, condition_scores, force_scores, pose_scores, roll_out};
-use super::fit::Rivals;
 use super::loss::length;
 use super::observations::telemetry;
 use super::rivals::{Positions, copied_goal, positions_of, run_alone};
@@ -191,8 +191,8 @@ impl<'a> Comparison<'a> {
             force_from: if actuator.sensing.is_some() { ForceSource::Observer } else { ForceSource::Loop },
             condition_accuracy_auc: condition_scores(&all, &conditions),
             tasks: tasks.iter().map(of_task).collect(),
-            left_out: json::from_value(&actuator.details["left_out"]).ok(),
-            trained_on: actuator.details["recordings"].as_array().map_or(0, Vec::len),
+            left_out: actuator.details.left_out.clone(),
+            trained_on: actuator.details.recordings.len(),
         }
     }
 

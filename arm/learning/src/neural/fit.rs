@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::actuator::NeuralActuator;
 use super::current::CurrentModel;
 use super::data::Trajectory;
+use super::details::{ActuatorDetails, Rivals};
 use super::features::{Features, InputScale};
 use super::loss::Heads;
 use super::motors::Motors;
@@ -96,27 +97,14 @@ impl ActuatorOptions {
     }
 }
 
-/// Baselines of an actuator, fitted to the same trajectories.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Rivals {
-    /// The goal later, smoother and lower.
-    #[serde(rename = "lag_and_droop")]
-    pub lag: LagAndDroop,
-    /// A servo identified by rollout.
-    pub servo: ServoModel,
-    /// Momentum observers, where PWM and contact-free trajectories are asked for.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub observers: Option<Observers>,
-}
-
 impl Rivals {
     /// As they were fitted with an actuator.
     ///
     /// # Errors
     /// `BadInput` where its file has none, or such as are for other motors.
     pub fn of(actuator: &NeuralActuator) -> std::result::Result<Self, BadInput> {
-        let bad = |e: serde_json::Error| BadInput::new("rivals", "those of arm fit neural", e.to_string());
-        let rivals: Self = json::from_value(&actuator.details["rivals"].clone()).map_err(bad)?;
+        let missing = || BadInput::new("rivals", "those of arm fit neural", "none");
+        let rivals = actuator.details.rivals.clone().ok_or_else(missing)?;
         let features = &actuator.features;
         let m = features.motors();
         if [rivals.lag.lag.len(), rivals.lag.droop.len()] != [m; 2] {
@@ -244,7 +232,7 @@ pub fn fit_actuator(
         currents,
         sensing,
         contact: options.training.loss.contact,
-        details: json!({ "rivals": rivals }),
+        details: ActuatorDetails { rivals: Some(rivals), ..ActuatorDetails::default() },
     };
     let (validation, epochs, curve) = (found.validation, found.epochs, found.curve);
     Ok(ActuatorFit { actuator, validation, sensing_validation, epochs, curve, steps, is_finished })

@@ -9,6 +9,7 @@ mod comparison_scores;
 mod condition;
 mod current;
 mod data;
+mod details;
 mod evaluate;
 mod features;
 mod fit;
@@ -46,13 +47,12 @@ pub use comparison_scores::{
 pub use condition::{ConditionSaid, DetectorScores, EVIDENCE, detectors};
 pub use current::CurrentModel;
 pub use data::{MIN_ROWS, Trajectory, Unlabelled, gripper_of, trajectory_of};
+pub use details::{ActuatorDetails, Rivals};
 pub use evaluate::{
     ForceScores, PoseScores, Rollout, area_under_curve, condition_scores, force_scores, pose_scores, roll_out,
 };
 pub use features::{Features, GripperAxis, InputScale};
-pub use fit::{
-    ActuatorFit, ActuatorOptions, ActuatorSession, Prior, Rivals, Stage, fit_actuator, fit_sensing,
-};
+pub use fit::{ActuatorFit, ActuatorOptions, ActuatorSession, Prior, Stage, fit_actuator, fit_sensing};
 pub use health::HealthModel;
 pub use live::{Estimator, ServoTelemetry};
 pub use loss::{CONTACT, Heads, LossParts, LossWeights, Totals, length, wrap};

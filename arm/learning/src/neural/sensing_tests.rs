@@ -201,7 +201,7 @@ fn actuator(sensing: Sensing) -> NeuralActuator {
         currents: CurrentModel::fit(&features, &data).unwrap(),
         sensing: Some(sensing),
         contact: 0.3,
-        details: json!({}),
+        details: ActuatorDetails::default(),
     }
 }
 
@@ -260,7 +260,7 @@ fn a_file_holds_both_networks_and_what_does_not_belong_together_is_refused() {
         };
         change(&mut rivals);
         let mut changed = actuator(sensing.clone());
-        changed.details = json!({ "rivals": rivals });
+        changed.details.rivals = Some(rivals);
         Rivals::of(&changed).map(|_| ()).map_err(|bad| bad.to_string())
     };
     assert_eq!(refused(&|_| {}), Ok(()));

@@ -315,7 +315,7 @@ fn a_servo_is_learned_without_torques_and_the_training_goes_on_bit_for_bit() {
         currents,
         sensing: None,
         contact: CONTACT,
-        details: json!({}),
+        details: ActuatorDetails::default(),
     };
     let file = folder.path().join("actuator.safetensors");
     actuator.write(&file).unwrap();
@@ -346,7 +346,7 @@ fn silent_actuator(simulation: &Simulation, training: &[Trajectory]) -> NeuralAc
         currents: CurrentModel::fit(&features(), training).unwrap(),
         sensing: None,
         contact: CONTACT,
-        details: json!({}),
+        details: ActuatorDetails::default(),
     }
 }
 

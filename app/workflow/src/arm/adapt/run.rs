@@ -7,7 +7,7 @@ use hysteron_arm_learning::neural::{
     NeuralActuator, Telemetry, Trajectory, Unlabelled, pose_scores, roll_out, trajectory_of,
 };
 use hysteron_base::checks::{CheckContext, Purpose};
-use hysteron_base::{BadInput, Recording, json, parallel};
+use hysteron_base::{BadInput, Recording, parallel};
 use hysteron_learn::TrainingProgress;
 use hysteron_report::verdict::{Criterion, Verdict};
 
@@ -63,8 +63,8 @@ fn adapt(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let errors = [&actuator, &adapted].map(|one| error(one, &model, &trajectories));
     let [before, after] = [errors[0].clone()?, errors[1].clone()?];
     let names: Vec<String> = options.recordings.iter().map(|path| path.display().to_string()).collect();
-    adapted.details["adapted_to"] = json!(names);
-    context.sign(&mut adapted.details);
+    adapted.details.adapted_to = names;
+    adapted.details.provenance = Some(context.provenance());
     adapted.write(&options.out)?;
     context.print(format_args!(
         "joints in pure simulation of these recordings: {before:.3}° before, {after:.3}° after (mean absolute error): {}",

@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use hysteron_arm_learning::neural::{
-    ActuatorOptions, ActuatorSession, Features, NeuralActuator, Stage, Trajectory, fit_actuator,
+    ActuatorDetails, ActuatorOptions, ActuatorSession, Features, NeuralActuator, Stage, Trajectory,
+    fit_actuator,
 };
 use hysteron_base::checks::Purpose;
-use hysteron_base::json;
 use hysteron_learn::TrainingProgress;
 use hysteron_report::verdict::{Criterion, Verdict};
 
@@ -60,12 +60,17 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         return Err(unfinished.nothing_written());
     }
     let rate = found.steps as f64 / start.elapsed().as_secs_f64();
-    let mut details = json!({
-        "options": asked.training, "sensing_options": asked.sensing, "validation_deg": found.validation, "epochs": found.epochs,
-        "recordings": names(&named), "curve": found.curve, "left_out": options.leave_out,
-        "rivals": found.actuator.details["rivals"],
-    });
-    context.sign(&mut details);
+    let details = ActuatorDetails {
+        options: Some(asked.training),
+        sensing_options: asked.sensing,
+        validation_deg: Some(found.validation),
+        epochs: Some(found.epochs),
+        recordings: names(&named),
+        curve: found.curve,
+        left_out: Some(options.leave_out.clone()),
+        provenance: Some(context.provenance()),
+        ..found.actuator.details
+    };
     let actuator = NeuralActuator { details, ..found.actuator };
     actuator.write(&options.out)?;
     print_result((found.validation, found.sensing_validation), rate, context);
