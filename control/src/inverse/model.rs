@@ -167,8 +167,14 @@ impl InverseModel {
     /// `BadInput` with both.
     pub fn check_step(&self, step: f64) -> Check<()> {
         if (step / self.step_s - 1.0).abs() > SAME_STEP {
-            let expected = format!("samples of {} s, as in training", self.step_s);
-            return Err(BadInput::new("time_s", expected, format!("{step} s")).hint("resample the target"));
+            let expected =
+                format!("samples of {} s, as in training", hysteron_base::number::shown(self.step_s));
+            return Err(BadInput::new(
+                "time_s",
+                expected,
+                format!("{} s", hysteron_base::number::shown(step)),
+            )
+            .hint("resample the target"));
         }
         Ok(())
     }

@@ -307,7 +307,11 @@ impl TargetPath {
             })
         };
         let rate_hz = recording.rate_hz().filter(|_| recording.time()[0] == 0.0).ok_or_else(|| {
-            BadInput::new("time_s", "a fixed rate from 0 s on", format!("{} s", recording.time()[0]))
+            BadInput::new(
+                "time_s",
+                "a fixed rate from 0 s on",
+                format!("{} s", hysteron_base::number::shown(recording.time()[0])),
+            )
         })?;
         let points: Vec<OutlinePoint> = (0..x.len()).map(|i| [x[i], y[i], z.map_or(0.0, |z| z[i])]).collect();
         let laps = of("target.laps_s")?;

@@ -1,8 +1,10 @@
 //! Whether a plan stays within limits, before the first move.
 
+use super::trajectory::Sampler;
 use super::{Plan, Trajectory};
 use crate::{Error, Result};
 use hysteron_base::{BadInput, Bounds, Recording};
+use std::ops::Range;
 
 /// Limits of a robot's strokes and their rates.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,8 +41,9 @@ impl Trajectory {
     fn largest_scale(&self, limits: &[StrokeLimits]) -> f64 {
         let mut scale: f64 = 1.0;
         let (mut strokes, mut before) = (vec![0.0; self.tendons.angles.len()], Vec::new());
+        let sampler = Sampler::new(self);
         for i in 0..self.n_samples() {
-            self.strokes_into(self.time(i), &mut strokes);
+            sampler.strokes_into(self.time(i), &mut strokes);
             for (k, (stroke, limits)) in strokes.iter().zip(limits).enumerate() {
                 let bound = if *stroke > 0.0 { limits.stroke.max } else { -limits.stroke.min };
                 if stroke.abs() * scale > bound {
@@ -72,13 +75,20 @@ impl Trajectory {
             "a smaller amplitude_mm, or scale for all of them",
             "a smaller amplitude_mm or frequency_hz, or a longer attack_s or decay_s",
         ];
+        let sampler = Sampler::new(self);
         let strokes = |i: usize, strokes: &mut Vec<f64>| {
             strokes.resize(self.tendons.angles.len(), 0.0);
-            self.strokes_into(self.time(i), strokes);
+            sampler.strokes_into(self.time(i), strokes);
             self.time(i)
         };
-        limits
-            .check_each(self.n_samples(), strokes, (bound, self.rate_hz), hints)
+        // Nor are those looked at which the bounds of the time of full size spare, most of them in a long plan.
+        let is_slow = bound <= max && -bound >= min && self.sustained_rate_bound() <= limits.stroke_rate;
+        let n = self.n_samples();
+        let spared = if is_slow { self.sustained() } else { n..n };
+        let parts = [0..spared.start.min(n), spared.end.saturating_sub(1)..n];
+        parts
+            .into_iter()
+            .try_for_each(|part| limits.check_each(part, strokes, (bound, self.rate_hz), hints))
             .map_err(|error| error.within(format!("trajectory {}", self.name)))
     }
 }
@@ -101,15 +111,13 @@ impl StrokeLimits {
             strokes.extend(columns.iter().map(|values| values[i]));
             time[i]
         };
-        self.check_each(time.len(), strokes, (largest, rate_hz), ["a smaller path", "a slower path"])
+        self.check_each(0..time.len(), strokes, (largest, rate_hz), ["a smaller path", "a slower path"])
     }
 
-    /// Goes through `n` samples: `strokes_into` gives the time of each [s] and its strokes [m]. `largest` bounds
-    /// their size
-    /// [m].
+    /// Goes through samples: `strokes_into` gives the time of each [s] and its strokes [m]. `largest` bounds their size [m].
     fn check_each(
         &self,
-        n: usize,
+        samples: Range<usize>,
         strokes_into: impl Fn(usize, &mut Vec<f64>) -> f64,
         (largest, rate_hz): (f64, f64),
         [smaller, slower]: [&str; 2],
@@ -117,7 +125,7 @@ impl StrokeLimits {
         let Bounds { min, max } = self.stroke;
         let air = ROUNDING * largest;
         let (mut strokes, mut before) = (Vec::new(), Vec::new());
-        for i in 0..n {
+        for i in samples {
             std::mem::swap(&mut strokes, &mut before);
             let time = strokes_into(i, &mut strokes);
             for (k, stroke) in strokes.iter().enumerate() {

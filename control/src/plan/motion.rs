@@ -100,6 +100,11 @@ impl Family {
 impl CurveMotion {
     /// Point (a, b) of tendon space [m] at time `t` [s] from the beginning of the envelope.
     pub fn position_at(&self, t: f64) -> [f64; 2] {
+        self.position_about(self.orientation.sin_cos(), t)
+    }
+
+    /// The same for the sine and the cosine of the orientation, which are those of all times.
+    pub(super) fn position_about(&self, (sin, cos): (f64, f64), t: f64) -> [f64; 2] {
         let size = self.amplitude * self.envelope.at(t);
         if size == 0.0 {
             return [0.0; 2];
@@ -109,7 +114,6 @@ impl CurveMotion {
             Direction::Clockwise => -self.frequency * t,
         };
         let [x, y] = self.family.point(self.phase / TAU + turned);
-        let (sin, cos) = self.orientation.sin_cos();
         [size * (cos * x - sin * y), size * (sin * x + cos * y)]
     }
 

@@ -195,6 +195,52 @@ fn every_limit_rejects_with_its_error() {
     );
 }
 
+/// At full size no change of a stroke passes its bound, so that these samples need no look; and no sample of another time is among them.
+#[test]
+fn samples_at_full_size_are_within_their_bound() {
+    let families = [
+        ("ellipse", "aspect = 0.5\ndirection = \"clockwise\"\norientation_deg = 30"),
+        ("circle", ""),
+        ("square", "orientation_deg = 45"),
+        ("rose", "swings = 1.7\norientation_deg = 30"),
+        ("sinusoid", "orientation_deg = 30"),
+    ];
+    for (family, keys) in families {
+        let text =
+            changed("aspect = 0.5\ndirection = \"clockwise\"", "").replace("orientation_deg = 30", keys);
+        let text = text
+            .replace("\"ellipse\"", &format!("\"{family}\""))
+            .replace("_max_mm_s = 10", "_max_mm_s = 100");
+        let plan = Plan::from_toml(&text, "plan.toml").unwrap_or_else(|error| panic!("{family}: {error}"));
+        let one = &plan.trajectories()[0];
+        let (bound, samples) = (one.sustained_rate_bound(), one.sustained());
+        assert_eq!((samples.start, samples.end), (151, 650), "{family}");
+        let mut largest: f64 = 0.0;
+        for i in samples {
+            let t = one.time(i - 1) - one.rest_before;
+            assert_eq!(one.motion.envelope.at(t), 1.0, "{family}: {t}");
+            for (now, before) in one.strokes_at(one.time(i)).iter().zip(one.strokes_at(one.time(i - 1))) {
+                largest = largest.max((now - before).abs() * one.rate_hz);
+            }
+        }
+        assert!(largest <= bound && largest > 0.4 * bound, "{family}: {largest} of {bound}");
+    }
+}
+
+/// Ten million samples, the most that a plan may have: those at full size are not looked at one by one.
+#[test]
+fn a_long_plan_that_needs_a_look_gets_one_where_it_grows() {
+    // Turning and growing at once would pass 10 mm/s by their bounds; each alone is far from it.
+    let text = changed("sustain_s = 10", "sustain_s = 199000").replace("_max_mm_s = 10", "_max_mm_s = 8.5");
+    let plan = Plan::from_toml(&text, "plan.toml").unwrap();
+    let one = &plan.trajectories()[0];
+    assert!(one.stroke_rate_bound() > plan.limits.stroke_rate);
+    assert!(one.n_samples() > 9_900_000 && one.sustained().len() > 9_900_000);
+    // Where it grows, too fast is too fast.
+    let fast = text.replace("attack_s = 2", "attack_s = 0.5");
+    assert!(matches!(Plan::from_toml(&fast, "plan.toml"), Err(Error::StrokeRate(_))));
+}
+
 #[test]
 fn tendons_follow_with_release_and_common_pull() {
     let plan = example();

@@ -6,6 +6,7 @@ use crate::Result;
 use hysteron_base::{BadInput, Channel, Metadata, Recording};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Purpose of a trajectory. Data are split by whole trajectories, never by windows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -56,15 +57,19 @@ pub struct TendonMapping {
 impl TendonMapping {
     /// Stroke of tendon `k` [m], positive when pulled, at the point (a, b) [m]: its pull is a cos φ + b sin φ, and
     /// a negative one is multiplied by `release`.
-    pub fn stroke(&self, k: usize, [a, b]: [f64; 2]) -> f64 {
-        let (sin, cos) = self.angles[k].sin_cos();
-        let pull = a * cos + b * sin;
-        if pull < 0.0 { self.release * pull } else { pull }
+    pub fn stroke(&self, k: usize, point: [f64; 2]) -> f64 {
+        self.stroke_along(self.angles[k].sin_cos(), point)
     }
 
     /// Strokes of all tendons (one for each angle) [m] at the point (a, b) [m].
     pub fn strokes_into(&self, point: [f64; 2], strokes: &mut [f64]) {
         strokes.iter_mut().enumerate().for_each(|(k, stroke)| *stroke = self.stroke(k, point));
+    }
+
+    /// The stroke of a tendon by the sine and the cosine of its angle.
+    fn stroke_along(&self, (sin, cos): (f64, f64), [a, b]: [f64; 2]) -> f64 {
+        let pull = a * cos + b * sin;
+        if pull < 0.0 { self.release * pull } else { pull }
     }
 }
 
@@ -95,6 +100,31 @@ pub struct Trajectory {
     pub(super) seed: u64,
 }
 
+/// A trajectory with the sines and cosines of its angles, which are those of all samples.
+pub(super) struct Sampler<'a> {
+    trajectory: &'a Trajectory,
+    orientation: (f64, f64),
+    /// Of the tendons (n_tendons).
+    directions: Vec<(f64, f64)>,
+}
+
+impl<'a> Sampler<'a> {
+    pub(super) fn new(trajectory: &'a Trajectory) -> Self {
+        let directions = trajectory.tendons.angles.iter().map(|angle| angle.sin_cos()).collect();
+        Self { trajectory, orientation: trajectory.motion.orientation.sin_cos(), directions }
+    }
+
+    /// Writes the strokes of all tendons (n_tendons) [m] at time `t` [s].
+    pub(super) fn strokes_into(&self, t: f64, strokes: &mut [f64]) {
+        let Trajectory { motion, tendons, rest_before, .. } = self.trajectory;
+        let position = motion.position_about(self.orientation, t - rest_before);
+        let common = self.trajectory.co_contraction_at(t);
+        for (stroke, direction) in strokes.iter_mut().zip(&self.directions) {
+            *stroke = tendons.stroke_along(*direction, position) + common;
+        }
+    }
+}
+
 impl Trajectory {
     /// Time from rest to rest [s].
     pub fn duration(&self) -> f64 {
@@ -119,15 +149,22 @@ impl Trajectory {
     /// Strokes of all tendons (n_tendons) [m] at time `t` [s]; positive pulls.
     pub fn strokes_at(&self, t: f64) -> Vec<f64> {
         let mut strokes = vec![0.0; self.tendons.angles.len()];
-        self.strokes_into(t, &mut strokes);
+        Sampler::new(self).strokes_into(t, &mut strokes);
         strokes
     }
 
-    /// As [`Trajectory::strokes_at`], without allocating.
-    pub fn strokes_into(&self, t: f64, strokes: &mut [f64]) {
-        let (position, common) = (self.position_at(t), self.co_contraction_at(t));
-        self.tendons.strokes_into(position, strokes);
-        strokes.iter_mut().for_each(|stroke| *stroke += common);
+    /// Samples of which the step before lies within the time of full size too; empty where there are none.
+    pub(super) fn sustained(&self) -> Range<usize> {
+        let grown = self.rest_before + self.motion.envelope.attack;
+        let first = (grown * self.rate_hz).ceil() as usize + 1;
+        let end = ((grown + self.motion.envelope.sustain) * self.rate_hz).floor() as usize;
+        first..end.min(self.n_samples()).max(first)
+    }
+
+    /// A rate of strokes that is never passed at full size [m/s].
+    pub(super) fn sustained_rate_bound(&self) -> f64 {
+        let CurveMotion { amplitude, frequency, family, .. } = self.motion;
+        amplitude * frequency * family.speed_bound() * self.tendons.release.max(1.0)
     }
 
     /// Common pull of all tendons [m] at time `t` [s].
@@ -169,9 +206,9 @@ impl Trajectory {
         let n = self.n_samples();
         let time: Vec<f64> = (0..n).map(|i| self.time(i)).collect();
         let mut columns = vec![Vec::with_capacity(n); self.tendons.angles.len()];
-        let mut strokes = vec![0.0; columns.len()];
+        let (mut strokes, sampler) = (vec![0.0; columns.len()], Sampler::new(self));
         for t in &time {
-            self.strokes_into(*t, &mut strokes);
+            sampler.strokes_into(*t, &mut strokes);
             for (column, stroke) in columns.iter_mut().zip(&strokes) {
                 column.push(*stroke);
             }

@@ -4,6 +4,7 @@
 //! is flushed too. Whatever goes wrong, an interrupt included, the final name holds either the old content or the new,
 //! never a part. Only regular files are read, and none beyond a stated size.
 
+use crate::size::check_memory;
 use crate::{BadInput, Error, Result};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
@@ -46,10 +47,10 @@ fn write_and_rename(
     // Removed when dropped, so an early return leaves nothing behind.
     let temporary = temporary_in(folder)?;
     let _unfinished = TemporaryFile(temporary.path().to_owned());
-    let mut out = BufWriter::new(temporary);
+    // To the file itself: errors of what `tempfile` wraps around it name the temporary file, which nobody asked for.
+    let mut out = BufWriter::new(temporary.as_file());
     content(&mut out)?;
-    let temporary = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
-    temporary.as_file().sync_all()?;
+    out.into_inner().map_err(std::io::IntoInnerError::into_error)?.sync_all()?;
     temporary.persist(path).map_err(|e| e.error)?;
     // The entry of the file, and those of folders that are new.
     folder.ancestors().take(there + 1).try_for_each(sync_folder)
@@ -111,15 +112,11 @@ pub(crate) fn abandon() {
 fn temporary_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
-    #[cfg(unix)]
-    {
-        // What a plain create gives: readable by others where the umask allows it.
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
     let mut unfinished = unfinished();
     loop {
-        let temporary = builder.tempfile_in(folder)?;
+        // As a plain create makes it: readable by others where the umask allows it.
+        let temporary = builder
+            .make_in(folder, |path| File::options().read(true).write(true).create_new(true).open(path))?;
         temporary.as_file().lock()?;
         // `clear_temporary` of another program may have come before the lock.
         if temporary.path().exists() {
@@ -220,7 +217,9 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
 /// As [`open`].
 pub fn read_up_to(path: &Path, most: u64) -> Result<Vec<u8>> {
     let file = open(path, most)?;
-    let mut bytes = Vec::new();
+    let size = file.metadata().map_or(0, |metadata| metadata.len());
+    check_memory(&path.display().to_string(), size as f64, "a smaller file, or more memory")?;
+    let mut bytes = Vec::with_capacity(usize::try_from(size).unwrap_or(0).saturating_add(1));
     // It may grow, and not every file system knows its size.
     file.take(most + 1).read_to_end(&mut bytes).map_err(|refusal| Error::io(path, refusal))?;
     if bytes.len() as u64 > most {
@@ -262,9 +261,29 @@ pub(crate) fn text_of(bytes: Vec<u8>, place: &str) -> std::result::Result<String
     })
 }
 
+/// SHA-256 of a regular file, without having it in memory; see [`sha256_hex`].
+///
+/// # Errors
+/// As [`open`].
+pub fn sha256_of(path: &Path) -> Result<String> {
+    let mut file = open(path, MAX_BYTES)?;
+    let mut hash = Sha256::new();
+    let mut part = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut part).map_err(|refusal| Error::io(path, refusal))? {
+            0 => return Ok(hexadecimal(&hash.finalize())),
+            n => hash.update(&part[..n]),
+        }
+    }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 /// SHA-256 as 64 lower-case hexadecimal digits: how scenes and meshes are identified.
 pub fn sha256_hex(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    hexadecimal(&Sha256::digest(bytes))
 }
 
 #[cfg(test)]
@@ -391,6 +410,24 @@ mod tests {
         write_bytes(&ours, "").unwrap();
         let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode();
         assert_eq!(mode(&ours), mode(&plain));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn errors_of_writing_show_the_file_that_was_asked_for() {
+        // Where nobody may create a file, whoever runs the test.
+        let path = Path::new("/proc/self/file.txt");
+        let message = write_bytes(path, "a").unwrap_err().to_string();
+        assert!(message.starts_with("/proc/self/file.txt: "), "{message}");
+        assert!(!message.contains(TEMPORARY.0), "{message}");
+    }
+
+    #[test]
+    fn a_file_has_the_hash_of_its_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("abc");
+        write_bytes(&path, "abc").unwrap();
+        assert_eq!(sha256_of(&path).unwrap(), sha256_hex(b"abc"));
     }
 
     #[test]

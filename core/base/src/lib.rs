@@ -23,6 +23,7 @@ pub mod import;
 pub mod json;
 pub mod lanes;
 mod lock;
+pub mod number;
 mod panics;
 pub mod parallel;
 pub mod plausible_range;

@@ -7,6 +7,8 @@ use crate::BadInput;
 
 /// Taken to be free where the system does not tell [bytes].
 const ASSUMED: u64 = 4 << 30;
+/// Not worth a look at the machine [byte].
+const MIN_ASKED: f64 = 1e6;
 /// Part of the free memory that one task may ask for; the rest is for everything that nobody counts [-].
 const SHARE: f64 = 0.8;
 
@@ -48,6 +50,9 @@ fn available(text: &str) -> Option<u64> {
 /// # Errors
 /// `BadInput` where this machine does not have it free.
 pub fn check_memory(place: &str, bytes: f64, hint: &str) -> Result<(), BadInput> {
+    if bytes <= MIN_ASKED {
+        return Ok(());
+    }
     let most = SHARE * free_memory() as f64;
     if bytes <= most {
         return Ok(());

@@ -198,8 +198,14 @@ impl ResidualModel {
                 .hint("the network was trained for another robot or layout"));
         }
         if (step / self.step_s - 1.0).abs() > SAME_STEP {
-            let expected = format!("samples of {} s, as in training", self.step_s);
-            return Err(BadInput::new("time_s", expected, format!("{step} s")).hint("resample the commands"));
+            let expected =
+                format!("samples of {} s, as in training", hysteron_base::number::shown(self.step_s));
+            return Err(BadInput::new(
+                "time_s",
+                expected,
+                format!("{} s", hysteron_base::number::shown(step)),
+            )
+            .hint("resample the commands"));
         }
         Ok(())
     }

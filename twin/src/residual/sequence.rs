@@ -169,8 +169,12 @@ pub(super) fn first_of_one_robot<'a>(
             return Err(BadInput::new(&sequence.name, expected, found));
         }
         if (sequence.step / first.step - 1.0).abs() > 0.01 {
-            let expected = format!("samples of {} s", first.step);
-            return Err(BadInput::new(&sequence.name, expected, format!("{} s", sequence.step)));
+            let expected = format!("samples of {} s", hysteron_base::number::shown(first.step));
+            return Err(BadInput::new(
+                &sequence.name,
+                expected,
+                format!("{} s", hysteron_base::number::shown(sequence.step)),
+            ));
         }
         if sequence.decoder != first.decoder {
             let chosen = |s: &Sequence| match s.decoder {

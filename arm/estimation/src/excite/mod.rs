@@ -39,7 +39,11 @@ pub fn states_of(
     let n_rows = (motion.duration() * rate_hz).round();
     if !(rate_hz > 0.0 && (1.0..1e7).contains(&n_rows)) {
         let expected = "a rate that gives 2 to 10 million rows";
-        return Err(BadInput::new("rate", expected, format!("{rate_hz} Hz for {} s", motion.duration())));
+        return Err(BadInput::new(
+            "rate",
+            expected,
+            format!("{rate_hz} Hz for {} s", hysteron_base::number::shown(motion.duration())),
+        ));
     }
     let time: Vec<f64> = (0..=n_rows as usize).map(|k| k as f64 / rate_hz).collect();
     let mut channels = Vec::new();

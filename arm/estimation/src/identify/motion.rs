@@ -83,7 +83,11 @@ impl JointMotion {
         let motion = Self { n_joints, period, q: rows(&q), dq: rows(&dq), ddq: rows(&ddq), tau: rows(&tau) };
         let end = (2.0 * smoothing.rate / smoothing.cutoff).ceil() as usize;
         if n < 4 * end {
-            let expected = format!("at least {} samples for a cutoff of {} Hz", 4 * end, smoothing.cutoff);
+            let expected = format!(
+                "at least {} samples for a cutoff of {} Hz",
+                4 * end,
+                hysteron_base::number::shown(smoothing.cutoff)
+            );
             return Err(BadInput::new("motion", expected, n.to_string()));
         }
         Ok(motion.part(end..n - end))
@@ -110,7 +114,11 @@ impl JointMotion {
         let rate = time.len().saturating_sub(1) as f64 / span;
         let uneven = time.windows(2).position(|pair| ((pair[1] - pair[0]) * rate - 1.0).abs() > UNEVEN);
         if let Some(k) = uneven {
-            let found = format!("{} s after {} s", time[k + 1], time[k]);
+            let found = format!(
+                "{} s after {} s",
+                hysteron_base::number::shown(time[k + 1]),
+                hysteron_base::number::shown(time[k])
+            );
             return Err(BadInput::new(
                 "time_s",
                 format!("one rate, here {rate:.1} samples per second"),

@@ -21,7 +21,8 @@ pub fn low_pass(signal: &[f64], cutoff: f64, rate: f64) -> Result<Vec<f64>, BadI
         return Err(BadInput::new("recording", expected, signal.len().to_string()));
     }
     if !(cutoff > 0.0 && cutoff < 0.5 * rate) {
-        let expected = format!("above 0 and below half of the rate, {} Hz", 0.5 * rate);
+        let expected =
+            format!("above 0 and below half of the rate, {} Hz", hysteron_base::number::shown(0.5 * rate));
         return Err(BadInput::new("cut-off", expected, format!("{cutoff} Hz")));
     }
     Ok(LowPass::new(2, cutoff, rate)?.zero_phase(signal))

@@ -2,6 +2,7 @@
 
 use super::columns::{ColumnMap, Selection, Zero};
 use super::{Assembled, BadRows, Request};
+use crate::recording::names::is_unitless;
 use crate::sampling::{STEP_SCATTER, SampleSteps};
 use crate::{BadInput, Channel, Metadata, Recording, Table, units::Unit};
 
@@ -101,12 +102,11 @@ fn sources<'a>(
         }
         for (k, column) in indices.into_iter().enumerate() {
             let typed = key.replace('*', &(k + 1).to_string());
-            let Some((stem, unit)) = Unit::of_name(&typed) else {
+            let Some((name, unit)) = channel(&typed) else {
                 return Err(BadInput::new(place, "a name that ends in its unit", format!("`{key}`"))
                     .hint("as q_*_rad, q_*_deg, current_*_ma or force_x_n"));
             };
-            let source =
-                ChannelSource { name: format!("{stem}_{}", unit.si_suffix), unit, column, selection };
+            let source = ChannelSource { name, unit, column, selection };
             if source.name == "time_s" {
                 time.push(source);
             } else {
@@ -118,6 +118,14 @@ fn sources<'a>(
         return Err(BadInput::new("columns", "a channel besides the time", "none"));
     }
     Ok((time, sources))
+}
+
+/// The channel of a name, and its unit: plain numbers of the names that have none, as `tip_qw` and `load_1`.
+fn channel(typed: &str) -> Option<(String, &'static Unit)> {
+    if is_unitless(typed) {
+        return Some((typed.to_owned(), Unit::of_name("plain_ratio")?.1));
+    }
+    Unit::of_name(typed).map(|(stem, unit)| (format!("{stem}_{}", unit.si_suffix), unit))
 }
 
 /// Time of every row after the clocks of its columns [s]; NaN where there is none.
@@ -164,8 +172,11 @@ fn rows(
         let mut is_kept = vec![false; table.n_rows()];
         kept.iter().for_each(|row| is_kept[*row] = true);
         for row in whole.iter().filter(|row| !is_kept[**row]) {
-            flaws[*row] =
-                Some(BadInput::new("time", "one between those around it", format!("{} s", times[*row])));
+            flaws[*row] = Some(BadInput::new(
+                "time",
+                "one between those around it",
+                format!("{} s", crate::number::shown(times[*row])),
+            ));
         }
     } else {
         for pair in whole.windows(2).filter(|pair| times[pair[1]] <= times[pair[0]]) {

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::pose::TrackerTransform;
 use super::streams::{ClockedColumns, Join};
+use crate::recording::names::is_unitless;
 use crate::units::Unit;
 use crate::{BadInput, Column, Result, RowFilter, Table, TextFormat, file, schema};
 use serde::Deserialize;
@@ -363,7 +364,40 @@ impl ColumnMap {
         })
     }
 
-    /// The built-in description that fits a table: of those whose columns are all there, the one with the most.
+    /// The map of a table whose columns have the names of channels (`time_s`, `q_1_rad`, `stroke_1_mm`); none where one has another
+    /// name, or none is the time.
+    fn own_names(table: &Table) -> Option<Self> {
+        let mut channels = BTreeMap::new();
+        for Column { name, .. } in table.columns() {
+            let is_one = Unit::of_name(name).is_some() || is_unitless(name);
+            let selection =
+                Selection::of(name, Typed::Plain(Which::One(ColumnName::Text(name.clone())))).ok()?;
+            if !is_one || channels.insert(name.clone(), selection).is_some() {
+                return None;
+            }
+        }
+        let own = Self {
+            source: "own names".to_owned(),
+            robot: None,
+            joint_names: None,
+            missing: Vec::new(),
+            rate_hz: None,
+            keep_times: false,
+            text: TextFormat::default(),
+            episode: None,
+            filter: None,
+            constants: BTreeMap::new(),
+            tracker: None,
+            join: Join::default(),
+            streams: Vec::new(),
+            lists: BTreeMap::new(),
+            channels,
+        };
+        (own.time().is_some() && own.channels.len() > 1).then_some(own)
+    }
+
+    /// The built-in description that fits a table: of those whose columns are all there, the one with the most; else the names
+    /// of channels themselves.
     pub(super) fn for_table(
         table: &Table,
         notes: &[(String, String)],
@@ -387,7 +421,8 @@ impl ColumnMap {
                 fitting.push(columns);
             }
         }
-        fitting.into_iter().max_by_key(|columns| columns.channels.len()).ok_or_else(|| {
+        let widest = fitting.into_iter().max_by_key(|columns| columns.channels.len());
+        widest.or_else(|| Self::own_names(table)).ok_or_else(|| {
             let names: Vec<&str> = Self::builtin_names().collect();
             let hint = match table.index("observation.state[1]") {
                 Some(_) => "are the angles of this LeRobot data set in degrees or radians? --map lerobot-deg or lerobot-rad"

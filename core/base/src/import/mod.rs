@@ -13,12 +13,15 @@ mod pose;
 mod propose;
 mod streams;
 
+use crate::size::check_memory;
 use crate::{BadInput, Metadata, Recording, Result, RowFilter, Table, TextFormat};
 pub use assemble::{LABELLED, MAX_LEFT_OUT};
 pub use bam::POSITION_GAIN;
 pub use columns::ColumnMap;
 use std::path::{Path, PathBuf};
 
+/// What an import makes of a table, over its numbers: rows taken out, channels in SI, channels at a fixed rate [-].
+const COPIES: f64 = 3.0;
 /// Most episodes of a file.
 const MAX_EPISODES: usize = 10_000;
 
@@ -77,6 +80,7 @@ pub fn read(paths: &[PathBuf], request: &Request, meta: Metadata) -> Result<Vec<
     let place = path.display().to_string();
     let mut meta = meta;
     let (mut table, notes) = table(path, request.columns.as_ref())?;
+    check_memory(&place, COPIES * table.n_bytes() as f64, "split the file, or import fewer columns of it")?;
     let found = request.columns.clone().map_or_else(|| ColumnMap::found(path, &table, &notes), Ok);
     let columns = found.map_err(|bad| bad.within(&place))?;
     meta.extra.extend(notes);

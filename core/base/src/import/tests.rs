@@ -111,6 +111,26 @@ fn a_trackers_frame_is_turned_and_shifted() {
 }
 
 #[test]
+fn the_programs_own_names_need_no_map() {
+    let text = "time_s,q_1_rad,tau_1_n_m,tip_x_mm,load_1\n0,0.1,1,2,5\n0.01,0.2,2,4,6\n0.02,0.3,3,6,7\n";
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm.csv");
+    std::fs::write(&path, text).unwrap();
+    let all = read(std::slice::from_ref(&path), &Request::default(), Metadata::default()).unwrap();
+    let recording = &all[0].recording;
+    assert_eq!((all[0].columns.as_str(), recording.channels().len()), ("own names", 4));
+    assert_eq!(recording.channel("q_1_rad").unwrap(), [0.1, 0.2, 0.3]);
+    assert_eq!(recording.channel("tip_x_m").unwrap(), [2e-3, 4e-3, 6e-3]);
+    assert_eq!(recording.channel("load_1").unwrap(), [5.0, 6.0, 7.0]);
+    // One name that says nothing, or no time: a map is asked for.
+    for text in [text.replace("load_1", "load"), text.replace("time_s", "clock_n")] {
+        std::fs::write(&path, text).unwrap();
+        let error = read(std::slice::from_ref(&path), &Request::default(), Metadata::default()).unwrap_err();
+        assert!(error.to_string().contains("--map FILE takes it"), "{error}");
+    }
+}
+
+#[test]
 fn episodes_of_a_file_are_recordings_of_their_own() {
     let text = "t,trial,x\n0,a,1\n1,a,2\n0,b,5\n1,b,6\n2,b,7\n";
     let split = |request: &mut Request| request.episode = Some("trial".into());

@@ -5,7 +5,10 @@
 //! and the column `gap` may be missing.
 
 use super::names::ColumnKind;
-use super::{Channel, Check, Metadata, Recording, check_size, metadata, names, not_finite, not_later};
+use super::{
+    Channel, Check, MAX_NUMBERS, Metadata, Recording, check_room, check_size, metadata, names, not_finite,
+    not_later,
+};
 use crate::units::Unit;
 use crate::{BadInput, json};
 use std::fmt::Write as _;
@@ -63,7 +66,12 @@ fn parse(text: &str) -> Check<Recording> {
     let (columns, mut channels) =
         columns(&header).map_err(|bad| bad.within(format!("line {}", lines_before + 1)))?;
 
-    let mut time: Vec<f64> = Vec::new();
+    // No more rows than lines; room for them all is there before the first.
+    let n_lines = body.bytes().filter(|b| *b == b'\n').count();
+    let most = n_lines.min(MAX_NUMBERS as usize / columns.len().max(1));
+    check_room(columns.len(), most as u64)?;
+    let mut time: Vec<f64> = Vec::with_capacity(most);
+    channels.iter_mut().for_each(|channel| channel.values.reserve_exact(most));
     let mut gap = Vec::new();
     let mut row = ::csv::StringRecord::new();
     while reader.read_record(&mut row).map_err(|e| bad_csv(&e, body, lines_before))? {

@@ -11,12 +11,13 @@ mod fill;
 mod journal;
 mod journal_queue;
 mod metadata;
-mod names;
+pub(crate) mod names;
 mod pages;
 pub(crate) mod parquet;
 pub(crate) mod parquet_column;
 mod parquet_damage;
 
+use crate::size::check_memory;
 use crate::{BadInput, Result, file};
 pub use journal::{Journal, JournalFile, JournalWriter};
 pub use journal_queue::JournalQueue;
@@ -34,7 +35,7 @@ const UNIFORM: f64 = 0.01;
 /// Largest file that is read [byte].
 const MAX_BYTES: u64 = 1 << 30;
 /// Most numbers in a recording, 400 MB of them: an hour of 130 channels at 100 Hz has fewer.
-const MAX_NUMBERS: u64 = 50_000_000;
+pub(crate) const MAX_NUMBERS: u64 = 50_000_000;
 
 /// One named series of values.
 #[derive(Debug, Clone, PartialEq)]
@@ -127,6 +128,11 @@ impl Recording {
     /// Number of samples, at least one.
     pub fn n_samples(&self) -> usize {
         self.time.len()
+    }
+
+    /// Memory of its numbers [byte].
+    pub fn n_bytes(&self) -> usize {
+        self.time.len() * (8 * (1 + self.channels.len()) + 1)
     }
 
     /// All channels, in the order of the file.
@@ -260,6 +266,12 @@ pub(crate) fn check_size(columns: usize, rows: u64) -> Check<()> {
             .hint("split the recording, or resample it"));
     }
     Ok(())
+}
+
+/// The same, and more than the memory has room for; columns that grow as they are read have up to twice their length.
+pub(crate) fn check_room(columns: usize, rows: u64) -> Check<()> {
+    check_size(columns, rows)?;
+    check_memory("rows", 16.0 * rows as f64 * columns as f64, "split the recording, or resample it")
 }
 
 /// Kind of a file of recordings.

@@ -13,7 +13,7 @@ const UNITLESS_NUMBERED: [&str; 3] = ["tick_goal", "tick_present", "load"];
 /// Families of which every member must be there, because they are used as one vector.
 const WITHOUT_HOLES: [&str; 2] = ["stroke", "aux"];
 
-pub(super) fn is_unitless(name: &str) -> bool {
+pub(crate) fn is_unitless(name: &str) -> bool {
     UNITLESS.contains(&name) || UNITLESS_NUMBERED.iter().any(|stem| number_of(name, stem, "").is_some())
 }
 

@@ -264,7 +264,7 @@ impl Scene {
         let path = path.as_ref();
         let folder = path.parent().unwrap_or(Path::new(""));
         let scene = Self::from_toml(&file::read_text(path)?, &path.display().to_string(), folder)?;
-        let mesh = file::sha256_hex(&file::read_bytes(&scene.mesh_path)?);
+        let mesh = file::sha256_of(&scene.mesh_path)?;
         Ok(Self { hash: file::sha256_hex(format!("{}\n{mesh}", scene.hash).as_bytes()), ..scene })
     }
 

@@ -5,8 +5,9 @@
 //! that of MathWorks' "MAT-File Format". Text, cells, sparse and complex arrays are left out; version 7.3 is HDF5 and refused.
 
 use super::Table;
-use super::npz::{MAX_BYTES, NpyArray, table};
+use super::npz::{MAX_BYTES, NpyArray, SMALLER, table};
 use crate::BadInput;
+use crate::size::check_memory;
 
 type Check<T> = std::result::Result<T, BadInput>;
 
@@ -16,6 +17,8 @@ const HEADER: usize = 128;
 const MAX_ARRAYS: usize = 1000;
 /// Most columns of an array.
 const MAX_COLUMNS: usize = 1000;
+/// Bytes that one byte of deflated data can become: its longest match has 258, and two bits stand for it.
+const MAX_DEFLATED: usize = 1032;
 /// Structs within structs.
 const MAX_DEPTH: usize = 4;
 const MATRIX: u32 = 14;
@@ -140,8 +143,10 @@ impl MatContent {
             self.left_out.push((name, what));
             return Ok(());
         }
-        let values =
-            numbers(&parts.required()?, is_big_endian).ok_or_else(|| damaged("numbers of no type"))?;
+        let stored = parts.required()?;
+        // As doubles, of which a stored byte may be one, and by rows.
+        check_memory(&name, 16.0 * stored.content.len() as f64, SMALLER)?;
+        let values = numbers(&stored, is_big_endian).ok_or_else(|| damaged("numbers of no type"))?;
         let [n, m] = [shape[0], shape[1]].map(|size| size.max(0.0) as usize);
         if n.checked_mul(m) != Some(values.len()) {
             return Err(damaged("an array that is not as large as it says").within(name));
@@ -203,7 +208,9 @@ pub(super) fn read(bytes: &[u8]) -> Check<Table> {
         match element.kind {
             MATRIX => found.matrix(elements.of(element.content), None, MAX_DEPTH)?,
             COMPRESSED => {
-                let room = MAX_BYTES - found.inflated;
+                let room =
+                    (MAX_BYTES - found.inflated).min(element.content.len().saturating_mul(MAX_DEFLATED));
+                check_memory("contents", 2.0 * room as f64, SMALLER)?;
                 let inflated = miniz_oxide::inflate::decompress_to_vec_zlib_with_limit(element.content, room)
                     .map_err(|error| damaged(&error.to_string()))?;
                 found.inflated += inflated.len();

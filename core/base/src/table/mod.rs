@@ -142,6 +142,11 @@ impl Table {
         self.rows.len()
     }
 
+    /// Memory of its numbers [byte].
+    pub(crate) fn n_bytes(&self) -> usize {
+        8 * self.n_rows() * (1 + self.columns.len())
+    }
+
     /// Index of the column called `name`.
     pub fn index(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column.name == name)

@@ -1,13 +1,15 @@
 //! NumPy's `.npy` and `.npz`: arrays of real numbers with one or two axes, stored or deflated.
 //!
-//! Kept by hand: an archive is bounded before anything is inflated, which `npyz` leaves to its caller.
+//! Kept by hand: `npyz` allocates whatever length a header claims, up to 4 GiB, and leaves it to its caller to bound what an
+//! archive inflates to; here both are refused before.
 //! The formats are those of NumPy's `lib.format` (versions 1 to 3) and of PKWARE's APPNOTE without the 64-bit
 //! records, which archives beyond 4 GiB need. Arrays of text or objects, with another number of axes, or of another
 //! length than most are left out.
 
 use super::{Column, Table};
 use crate::BadInput;
-use crate::recording::check_size;
+use crate::recording::{check_room, check_size};
+use crate::size::check_memory;
 use std::collections::BTreeMap;
 
 type Check<T> = std::result::Result<T, BadInput>;
@@ -18,6 +20,8 @@ const MAX_ARRAYS: usize = 1000;
 const MAX_COLUMNS: usize = 1000;
 /// Largest array [byte].
 pub(super) const MAX_BYTES: usize = 400_000_000;
+/// Hint where an array is too large for the memory.
+pub(super) const SMALLER: &str = "a smaller array, or more memory";
 const END_OF_DIRECTORY: &[u8] = b"PK\x05\x06";
 const ENTRY: &[u8] = b"PK\x01\x02";
 const LOCAL_ENTRY: &[u8] = b"PK\x03\x04";
@@ -103,7 +107,7 @@ fn structured(bytes: &[u8]) -> Check<Option<Vec<Column>>> {
     if width == 0 {
         return Ok(None);
     }
-    check_size(columns.len(), (data.len() / width) as u64)?;
+    check_room(columns.len(), (data.len() / width) as u64)?;
     let column = |(name, kind, at): (String, NumberType, usize)| {
         let values = data.chunks_exact(width).map(|record| kind.value(&record[at..at + kind.size])).collect();
         Column { name, values }
@@ -175,6 +179,7 @@ fn contents(bytes: &[u8], entry: &ArchiveEntry) -> Check<Vec<u8>> {
         let found = format!("{} bytes", entry.size);
         return Err(BadInput::new(&entry.name, format!("at most {MAX_BYTES} bytes"), found));
     }
+    check_memory(&entry.name, entry.size.max(packed.len()) as f64, SMALLER)?;
     match entry.method {
         0 => Ok(packed.to_vec()),
         8 => miniz_oxide::inflate::decompress_to_vec_with_limit(packed, entry.size)
@@ -211,6 +216,7 @@ fn array(bytes: &[u8]) -> Check<Option<NpyArray>> {
     let n =
         n_rows.checked_mul(n_columns).filter(|n| *n <= MAX_BYTES).ok_or_else(|| bad("a shape too large"))?;
     let data = slice(data, 0, n.saturating_mul(kind.size))?;
+    check_room(n_columns, n_rows as u64)?;
     let mut values: Vec<f64> = data.chunks_exact(kind.size).map(|cell| kind.value(cell)).collect();
     if is_fortran && has_columns {
         let index = |k: usize| values[(k % n_columns) * n_rows + k / n_columns];

@@ -3,7 +3,7 @@
 
 use super::{Column, Table};
 use crate::BadInput;
-use crate::recording::check_size;
+use crate::recording::check_room;
 use crate::recording::parquet::{durations, most_rows, opened};
 use crate::recording::parquet_column::{self, ColumnValues, MAX_LIST};
 use ::parquet::file::reader::FileReader;
@@ -14,7 +14,7 @@ type Check<T> = std::result::Result<T, BadInput>;
 pub(super) fn read(source: File) -> Check<Table> {
     let reader = opened(source)?;
     let schema = reader.metadata().file_metadata().schema_descr();
-    check_size(schema.num_columns(), most_rows(&reader))?;
+    check_room(schema.num_columns(), most_rows(&reader))?;
     let durations = durations(&reader);
     let mut table = Table::default();
     for i in 0..schema.num_columns() {
