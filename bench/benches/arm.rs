@@ -6,7 +6,9 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use hysteron_arm_dynamics::kernels::{ForwardDerivatives, ForwardDynamics, InverseDynamics, MassMatrix};
+use hysteron_arm_dynamics::kernels::{
+    ForwardDerivatives, ForwardDynamics, InverseDynamicsKernel, MassMatrix,
+};
 use hysteron_arm_dynamics::*;
 use hysteron_arm_learning::lagrangian::{InputForm, LearnedDynamics, NetworkShape, Scales, Variant};
 use hysteron_learn::Activation;
@@ -50,7 +52,7 @@ fn single_calls(criterion: &mut Criterion) {
 }
 
 /// Handles all states on `threads` threads.
-fn batch<K: Kernel>(criterion: &mut Criterion, name: &str, kernel: &K, threads: usize) {
+fn batch<K: StateKernel>(criterion: &mut Criterion, name: &str, kernel: &K, threads: usize) {
     let model = Model::builtin("panda").unwrap();
     let states = states(model.n_joints());
     let inputs: Vec<&[f64]> = kernel.inputs(&model).iter().zip(&states).map(|(_, rows)| &rows[..]).collect();
@@ -73,7 +75,7 @@ fn batch<K: Kernel>(criterion: &mut Criterion, name: &str, kernel: &K, threads: 
 
 fn batches(criterion: &mut Criterion) {
     for threads in [1, 2] {
-        batch(criterion, "rnea", &InverseDynamics, threads);
+        batch(criterion, "rnea", &InverseDynamicsKernel, threads);
         batch(criterion, "aba", &ForwardDynamics, threads);
         batch(criterion, "crba", &MassMatrix, threads);
         batch(criterion, "aba_derivatives", &ForwardDerivatives, threads);

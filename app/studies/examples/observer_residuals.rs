@@ -13,7 +13,7 @@ use hysteron_arm_dynamics::Model;
 use hysteron_arm_estimation::detection::FreeMotion;
 use hysteron_arm_estimation::identify::{BodyOptions, JointMotion, identify_bodies};
 use hysteron_arm_estimation::observer::{FrictionModel, MomentumObserver, RigidBody, estimate};
-use hysteron_arm_estimation::{ColumnMap, ImportOptions, Quantity, Recorded, import};
+use hysteron_arm_estimation::{ArmRecording, ColumnMap, ImportOptions, JointQuantityKind, import};
 use hysteron_arm_learning::datasets::kuka_arm;
 use hysteron_base::{Metadata, Recording, json};
 use hysteron_fuzz::data_folder;
@@ -54,13 +54,13 @@ struct Measured {
 
 impl Measured {
     fn of(recording: &Recording, gains: &[f64]) -> Fallible<Self> {
-        let recorded = Recorded::of(recording)?;
+        let recorded = ArmRecording::of(recording)?;
         let owned = |columns: Vec<&[f64]>| columns.into_iter().map(<[f64]>::to_vec).collect::<Vec<_>>();
-        let q = owned(recorded.require(Quantity::Position)?);
+        let q = owned(recorded.require(JointQuantityKind::Position)?);
         let tau = if gains.is_empty() {
-            owned(recorded.require(Quantity::Torque)?)
+            owned(recorded.require(JointQuantityKind::Torque)?)
         } else {
-            let currents = recorded.require(Quantity::Current)?;
+            let currents = recorded.require(JointQuantityKind::Current)?;
             currents.iter().zip(gains).map(|(column, k)| column.iter().map(|i| k * i).collect()).collect()
         };
         let time = recorded.time;
@@ -68,7 +68,7 @@ impl Measured {
         let differences = |column: &Vec<f64>| -> Vec<f64> {
             (0..column.len()).map(|k| if k == 0 { 0.0 } else { (column[k] - column[k - 1]) * rate }).collect()
         };
-        let dq = match recorded.require(Quantity::Velocity) {
+        let dq = match recorded.require(JointQuantityKind::Velocity) {
             Ok(columns) => owned(columns),
             Err(_) => q.iter().map(differences).collect(),
         };

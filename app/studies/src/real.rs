@@ -16,7 +16,7 @@ use hysteron_arm_learning::baselines::{
 };
 use hysteron_arm_learning::datasets::RealSet;
 use hysteron_arm_learning::lagrangian::{
-    InputForm, NetworkShape, Samples, Scales, Scores, TrainingOptions, Variant, decompose, train,
+    ArmSamples, InputForm, NetworkShape, Scales, TorqueScores, TrainingOptions, Variant, decompose, train,
 };
 
 /// How the models of a set are found.
@@ -66,15 +66,15 @@ pub struct RealRow {
 const SHOWN: usize = 400;
 
 /// Samples of the first test trajectory that figures show, evenly spaced.
-pub fn shown_samples(test: &Samples) -> impl Iterator<Item = usize> {
+pub fn shown_samples(test: &ArmSamples) -> impl Iterator<Item = usize> {
     let first = test.trajectories.first().cloned().unwrap_or_default();
     let step = first.len().div_ceil(SHOWN).max(1);
     first.step_by(step)
 }
 
 impl RealRow {
-    fn new(name: &str, test: &Samples, predicted: &[f64], validation: f64, choice: String) -> Self {
-        let scores = Scores::of(test.n_joints, &test.tau, predicted);
+    fn new(name: &str, test: &ArmSamples, predicted: &[f64], validation: f64, choice: String) -> Self {
+        let scores = TorqueScores::of(test.n_joints, &test.tau, predicted);
         let n = test.n_joints;
         let torques = shown_samples(test).flat_map(|sample| &predicted[n * sample..][..n]);
         Self {
@@ -195,9 +195,9 @@ fn responded(set: &RealSet, rigid: &[Vec<f64>; 2]) -> ([Vec<f64>; 2], RealRow) {
     let of_trajectory =
         |(t, range): (usize, &Range<usize>)| folds[t % VALIDATION].applied(&rigid[0][rows(range)]);
     let held_out: Vec<f64> = set.training.trajectories.iter().enumerate().flat_map(of_trajectory).collect();
-    let validation = 1.0 - Scores::of(n, &set.training.tau, &held_out).mean_r2();
+    let validation = 1.0 - TorqueScores::of(n, &set.training.tau, &held_out).mean_r2();
     let response = found(None);
-    let applied = |samples: &Samples, rigid: &[f64]| -> Vec<f64> {
+    let applied = |samples: &ArmSamples, rigid: &[f64]| -> Vec<f64> {
         samples.trajectories.iter().flat_map(|range| response.applied(&rigid[rows(range)])).collect()
     };
     let both = [applied(&set.training, &rigid[0]), applied(&set.test, &rigid[1])];

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::{Listener, StudyProgress, cell, make_folder};
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_learning::lagrangian::{
-    Decomposition, InputForm, LearnedDynamics, NetworkShape, Samples, Scales, Scores, Sinusoids,
+    ArmSamples, Decomposition, InputForm, LearnedDynamics, NetworkShape, Scales, Sinusoids, TorqueScores,
     TrainingOptions, Variant, decompose, sinusoids, train,
 };
 
@@ -69,7 +69,7 @@ pub struct Parts {
 
 impl Parts {
     fn of(n: usize, truth: &Decomposition, found: &Decomposition) -> Self {
-        let nmse = |truth: &[f64], found: &[f64]| Scores::of(n, truth, found).sum_nmse();
+        let nmse = |truth: &[f64], found: &[f64]| TorqueScores::of(n, truth, found).sum_nmse();
         Self {
             torque: nmse(&truth.torque, &found.torque),
             inertial: nmse(&truth.inertial, &found.inertial),
@@ -122,7 +122,7 @@ fn name(variant: Variant, trajectories: usize, seed: u64) -> String {
 const VALIDATION: usize = 10;
 
 /// Trajectories to learn from and to validate on: every tenth, in an order drawn by the seed, at least one.
-fn split(samples: &Samples, seed: u64) -> [Samples; 2] {
+fn split(samples: &ArmSamples, seed: u64) -> [ArmSamples; 2] {
     let n = samples.trajectories.len();
     let mut order: Vec<usize> = (0..n).collect();
     let mut rng = rng(seed, "arm/study/validation");
@@ -149,12 +149,12 @@ fn steps(variant: Variant, others: usize) -> usize {
     if variant == Variant::BlackBoxHamiltonian { others * 4 / 3 } else { others }
 }
 
-type Sets = Vec<(Samples, Decomposition)>;
+type Sets = Vec<(ArmSamples, Decomposition)>;
 
 impl SimulatedStudy {
     fn row(
         &self,
-        (variant, seed, all): (Variant, u64, &Samples),
+        (variant, seed, all): (Variant, u64, &ArmSamples),
         tests: &Sets,
         model: &Path,
         session: &mut TrainingSession<'_>,
@@ -186,7 +186,7 @@ impl SimulatedStudy {
         let parts =
             tests.iter().zip(&decompositions).map(|((_, truth), found)| Parts::of(n, truth, found)).collect();
         let (samples, truth) = &tests[0];
-        let mean = |a: &[f64], b: &[f64]| Scores::of(n, a, b).sum_mse() / n as f64;
+        let mean = |a: &[f64], b: &[f64]| TorqueScores::of(n, a, b).sum_mse() / n as f64;
         let first = &decompositions[0];
         let mse = Parts {
             torque: mean(&truth.torque, &first.torque),
@@ -194,7 +194,7 @@ impl SimulatedStudy {
             coriolis: mean(&truth.coriolis, &first.coriolis),
             gravity: mean(&truth.gravity, &first.gravity),
         };
-        let joints = Scores::of(n, &truth.torque, &first.torque).nmse;
+        let joints = TorqueScores::of(n, &truth.torque, &first.torque).nmse;
         let details = json!({ "study": self, "seed": seed, "trajectories": all.trajectories.len() });
         let count = found.parameters.len();
         LearnedDynamics { shape, parameters: found.parameters, details }.write(model)?;
@@ -210,7 +210,7 @@ impl SimulatedStudy {
             joints,
             mse,
             parameters: count,
-            power_mse: Scores::of(1, &power(&truth.torque), &power(&first.torque)).sum_mse(),
+            power_mse: TorqueScores::of(1, &power(&truth.torque), &power(&first.torque)).sum_mse(),
             validation: found.validation,
             steps: found.steps,
             seconds,
@@ -224,7 +224,7 @@ impl SimulatedStudy {
     /// All rows; those that are done are found in `folder`.
     fn rows(
         &self,
-        sets: &[Samples],
+        sets: &[ArmSamples],
         tests: &Sets,
         folder: &Path,
         listener: Listener<'_>,
@@ -265,7 +265,7 @@ impl SimulatedStudy {
 }
 
 /// The three motions that models are tested on, so many times as fast as those they learn from, and the true parts of their torques.
-pub fn simulated_test(model: &Model, speed: f64) -> (Samples, Decomposition) {
+pub fn simulated_test(model: &Model, speed: f64) -> (ArmSamples, Decomposition) {
     let plan = Sinusoids { speed, ..Sinusoids::published(3) };
     sinusoids(model, &plan, 0, "arm/study/test")
 }
@@ -282,7 +282,7 @@ pub fn simulated_study(
 ) -> Result<Vec<SimulatedRow>> {
     let most = study.trajectories.iter().copied().max().unwrap_or(0);
     let (all, _) = sinusoids(model, &Sinusoids::published(most), 0, "arm/study/training");
-    let sets: Vec<Samples> = study.trajectories.iter().map(|n| all.select(0..*n)).collect();
+    let sets: Vec<ArmSamples> = study.trajectories.iter().map(|n| all.select(0..*n)).collect();
     let tests = study.speeds.iter().map(|speed| simulated_test(model, *speed)).collect();
     study.rows(&sets, &tests, folder, listener)
 }
@@ -293,7 +293,7 @@ pub fn simulated_study(
 /// As [`simulated_study`].
 pub fn characters_study(
     study: &SimulatedStudy,
-    [(training, _), test]: [(Samples, Decomposition); 2],
+    [(training, _), test]: [(ArmSamples, Decomposition); 2],
     folder: &Path,
     listener: Listener<'_>,
 ) -> Result<Vec<SimulatedRow>> {

@@ -9,7 +9,9 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use hysteron_arm_dynamics::kernels::{ForwardDerivatives, ForwardDynamics, InverseDynamics, MassMatrix};
+use hysteron_arm_dynamics::kernels::{
+    ForwardDerivatives, ForwardDynamics, InverseDynamicsKernel, MassMatrix,
+};
 use hysteron_arm_dynamics::*;
 use hysteron_base::lanes::Isa;
 use rand::RngExt;
@@ -105,7 +107,7 @@ fn batches(model: &Model, states: &States, isa: Isa) -> serde_json::Value {
     let batch = Batch::on(model, isa);
     let [q, dq, x] = &states.inputs;
     let (mut out, [mut a, mut b, mut c]) = (vec![0.0; STATES * n], [0; 3].map(|_| vec![0.0; STATES * n * n]));
-    let inverse = rate(|| batch.run(&InverseDynamics, STATES, &[q, dq, x], &mut [&mut out]));
+    let inverse = rate(|| batch.run(&InverseDynamicsKernel, STATES, &[q, dq, x], &mut [&mut out]));
     let forward = rate(|| batch.run(&ForwardDynamics, STATES, &[q, dq, x], &mut [&mut out]));
     let composite = rate(|| batch.run(&MassMatrix, STATES, &[q], &mut [&mut a]));
     let derivatives = rate(|| {

@@ -5,10 +5,10 @@
 //! # Reference
 //! Featherstone (2008), Rigid Body Dynamics Algorithms, chapter 7, in the axes of the base.
 
-use crate::data::Body;
+use crate::data::BodyState;
 use crate::external::ExternalForce;
 use crate::rnea::bias_torque;
-use crate::spatial::{Articulated, Motion, Wrench};
+use crate::spatial::{Articulated, SpatialMotion, Wrench};
 use crate::{Data, Model, Scalar};
 
 /// Accelerations q̈ = M⁻¹ (τ − C q̇ − g + Jᵀ f) [rad/s²] or [m/s²].
@@ -47,7 +47,7 @@ pub(crate) fn factor_mass<T: Scalar>(model: &Model, data: &mut Data<T>) {
                 body.reaction = body.articulated.mul(&body.axis);
                 body.inverse = (body.axis.dot(&body.reaction) + data.armature[i]).recip();
                 if let Some(p) = model.joints[i].parent {
-                    let Body { articulated, inverse, reaction, .. } = data.bodies[i];
+                    let BodyState { articulated, inverse, reaction, .. } = data.bodies[i];
                     data.bodies[p].articulated =
                         data.bodies[p].articulated.plus_reduced(&articulated, inverse, &reaction);
                 }
@@ -67,7 +67,7 @@ pub fn solve_mass<T: Scalar>(model: &Model, data: &mut Data<T>, x: &mut [T]) {
                 body.load = Wrench::zero(like);
             }
             for i in (0..model.n_joints()).rev() {
-                let Body { axis, load, reaction, inverse, .. } = data.bodies[i];
+                let BodyState { axis, load, reaction, inverse, .. } = data.bodies[i];
                 // What the joint is left with, in units of its acceleration.
                 x[i] = (x[i] - axis.dot(&load)) * inverse;
                 if let Some(p) = model.joints[i].parent {
@@ -75,7 +75,7 @@ pub fn solve_mass<T: Scalar>(model: &Model, data: &mut Data<T>, x: &mut [T]) {
                 }
             }
             for (i, joint) in model.joints.iter().enumerate() {
-                let carried = joint.parent.map_or(Motion::zero(like), |p| data.bodies[p].motion);
+                let carried = joint.parent.map_or(SpatialMotion::zero(like), |p| data.bodies[p].motion);
                 let body = &mut data.bodies[i];
                 x[i] = x[i] - carried.dot(&body.reaction) * body.inverse;
                 body.motion = carried.plus_scaled(x[i], &body.axis);

@@ -6,10 +6,10 @@
 //! where F, P and Q sum f_k, I_k w_k and 2 B_kᵀ w_k over the bodies that j carries (names of `derivatives`).
 
 use crate::coriolis::{find_momenta, twice_b_transposed_of};
-use crate::data::Body;
+use crate::data::BodyState;
 use crate::external::{ExternalForce, lift_resisted, subtract};
 use crate::rnea::find_wrenches;
-use crate::spatial::{Inertia, Motion, Vec3, add3, dot3};
+use crate::spatial::{Inertia, SpatialMotion, Vec3, add3, dot3};
 use crate::{Data, Model, Scalar, solve_mass};
 
 /// Gradients with respect to the arguments of [`crate::forward_dynamics`].
@@ -70,7 +70,7 @@ pub(crate) fn inverse_dynamics_adjoint<T: Scalar>(
     external: &[ExternalForce<T>],
     cotangent: &mut Cotangent<T>,
 ) {
-    let still = Motion::zero(data.like());
+    let still = SpatialMotion::zero(data.like());
     for (i, joint) in model.joints.iter().enumerate() {
         let carried = joint.parent.map_or(still, |p| data.bodies[p].motion);
         let body = &mut data.bodies[i];
@@ -117,7 +117,7 @@ fn sweep<T: Scalar>(
             }
             for (i, joint) in model.joints.iter().enumerate().rev() {
                 let body = data.bodies[i];
-                let Body { axis, axis_rate, load, turned, wrench, resisted, .. } = &body;
+                let BodyState { axis, axis_rate, load, turned, wrench, resisted, .. } = &body;
                 let half = axis_rate.dot(load);
                 cotangent.dq[i] = -(dot3(axis.angular, *turned) + half + half);
                 let mut q = dot3(axis_rate.angular, *turned) + dot3(axis.angular, *resisted);
@@ -158,11 +158,11 @@ pub fn parameter_adjoint<T: Scalar>(data: &Data<T>, ddq: &[T], cotangent: &mut C
     }
 }
 
-impl<T: Scalar> Body<T> {
+impl<T: Scalar> BodyState<T> {
     /// A motion about the origin of the body's frame, in its axes.
     #[inline(always)]
-    pub fn local(&self, m: &Motion<T>) -> Motion<T> {
+    pub fn local(&self, m: &SpatialMotion<T>) -> SpatialMotion<T> {
         let turned = |a| crate::spatial::mul3_transposed(&self.rotation, a);
-        Motion { angular: turned(m.angular), linear: turned(m.at(self.position)) }
+        SpatialMotion { angular: turned(m.angular), linear: turned(m.at(self.position)) }
     }
 }

@@ -16,7 +16,7 @@ use crate::{Data, Model, Scalar};
 const BLOCK: usize = 32 * LANES;
 
 /// Something to compute for every state, for any kind of number.
-pub trait Kernel: Sync {
+pub trait StateKernel: Sync {
     /// Numbers of a state in every input; q, q̇ and a third of the same size unless it says otherwise.
     fn inputs(&self, model: &Model) -> Vec<usize> {
         vec![model.n_joints(); 3]
@@ -63,7 +63,13 @@ impl<'m> Batch<'m> {
     ///
     /// # Panics
     /// Where an input or output has another number of rows or columns.
-    pub fn run<K: Kernel>(&self, kernel: &K, n_states: usize, inputs: &[&[f64]], outputs: &mut [&mut [f64]]) {
+    pub fn run<K: StateKernel>(
+        &self,
+        kernel: &K,
+        n_states: usize,
+        inputs: &[&[f64]],
+        outputs: &mut [&mut [f64]],
+    ) {
         let widths = kernel.outputs(self.model);
         check_shapes("input", n_states, &kernel.inputs(self.model), inputs.iter().map(|rows| rows.len()));
         check_shapes("output", n_states, &widths, outputs.iter().map(|rows| rows.len()));
@@ -82,7 +88,7 @@ impl<'m> Batch<'m> {
                 rayon::current_thread_index().map_or(self.scratch.len() - 1, |t| t % self.scratch.len());
             let mut scratch = self.scratch[thread].lock().unwrap_or_else(PoisonError::into_inner);
             let model = self.model;
-            self.isa.run(Block {
+            self.isa.run(StateBlock {
                 kernel,
                 model,
                 states,
@@ -101,7 +107,7 @@ fn check_shapes(what: &str, n_states: usize, widths: &[usize], lengths: impl Ite
 }
 
 /// The states that one thread takes.
-struct Block<'a, 'o, K> {
+struct StateBlock<'a, 'o, K> {
     kernel: &'a K,
     model: &'a Model,
     states: Range<usize>,
@@ -111,7 +117,7 @@ struct Block<'a, 'o, K> {
     scratch: &'a mut Option<Box<dyn Any + Send>>,
 }
 
-impl<K: Kernel> WithSimd for Block<'_, '_, K> {
+impl<K: StateKernel> WithSimd for StateBlock<'_, '_, K> {
     type Output = ();
 
     #[inline(always)]
@@ -190,7 +196,7 @@ impl<S: Simd> Register<S> {
 
 /// Hands the kernel its inputs and outputs as slices, without allocating.
 #[inline(always)]
-fn run_kernel<S: Simd, K: Kernel>(
+fn run_kernel<S: Simd, K: StateKernel>(
     kernel: &K,
     model: &Model,
     scratch: &mut Scratch<S>,

@@ -17,7 +17,7 @@ const ROUNDING: f64 = 1e-13;
 
 /// Contact state of a joint: slip, stick or end stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Contact {
+pub(crate) enum ContactState {
     /// Slides this way, or moves without friction: 1, −1.
     Slides(f64),
     /// Stands still.
@@ -40,7 +40,7 @@ pub(crate) struct BoxQp {
     /// Velocities: a guess, then the solution.
     pub speeds: Vec<f64>,
     /// The active set of the solution.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<ContactState>,
     rows: Vec<usize>,
     part: Vec<f64>,
     side: Vec<f64>,
@@ -55,7 +55,7 @@ impl BoxQp {
             dry: vec![0.0; n],
             bounds: vec![[0.0; 2]; n],
             speeds: vec![0.0; n],
-            contacts: vec![Contact::Sticks; n],
+            contacts: vec![ContactState::Sticks; n],
             rows: Vec::with_capacity(n),
             part: Vec::with_capacity(n * n),
             side: Vec::with_capacity(n),
@@ -65,7 +65,7 @@ impl BoxQp {
     /// Fills in the solution, which depends on the problem and the guess alone.
     pub fn solve(&mut self) {
         if self.dry.iter().all(|dry| *dry == 0.0) {
-            self.contacts.fill(Contact::Slides(1.0));
+            self.contacts.fill(ContactState::Slides(1.0));
             self.solve_sliding();
             if self.is_consistent() {
                 return self.take_sliding();
@@ -100,7 +100,7 @@ impl BoxQp {
         let mut first = (1.0, None);
         for (&i, x) in self.rows.iter().zip(&self.side) {
             let (v, [mut low, mut high]) = (self.speeds[i], self.bounds[i]);
-            if let (Contact::Slides(sign), true) = (self.contacts[i], self.dry[i] > 0.0) {
+            if let (ContactState::Slides(sign), true) = (self.contacts[i], self.dry[i] > 0.0) {
                 (low, high) = if sign > 0.0 { (0.0, high) } else { (low, 0.0) };
             }
             let end = if *x < low { low } else { high };
@@ -117,8 +117,8 @@ impl BoxQp {
         }
         self.speeds[at] = end;
         self.contacts[at] = match end {
-            0.0 => Contact::Sticks,
-            end => Contact::Stops(usize::from(end > 0.0)),
+            0.0 => ContactState::Sticks,
+            end => ContactState::Stops(usize::from(end > 0.0)),
         };
         true
     }
@@ -135,22 +135,22 @@ impl BoxQp {
                 size += (a * v).abs();
             }
             let (excess, sign) = match self.contacts[i] {
-                Contact::Slides(_) => continue,
-                Contact::Sticks => (force.abs() - self.dry[i], force.signum()),
-                Contact::Stops(end) => {
+                ContactState::Slides(_) => continue,
+                ContactState::Sticks => (force.abs() - self.dry[i], force.signum()),
+                ContactState::Stops(end) => {
                     let outwards = if end == 1 { 1.0 } else { -1.0 };
                     (self.dry[i] - outwards * force, outwards)
                 }
             };
             // At rest at the end of its range, a joint is free inwards only.
             let is_free =
-                self.contacts[i] != Contact::Sticks || self.bounds[i][usize::from(sign > 0.0)] != 0.0;
+                self.contacts[i] != ContactState::Sticks || self.bounds[i][usize::from(sign > 0.0)] != 0.0;
             if is_free && excess > ROUNDING * size && excess / row[i].sqrt() > hardest.0 {
                 hardest = (excess / row[i].sqrt(), Some((i, sign)));
             }
         }
         let (_, Some((i, sign))) = hardest else { return false };
-        self.contacts[i] = Contact::Slides(sign);
+        self.contacts[i] = ContactState::Slides(sign);
         true
     }
 
@@ -166,9 +166,9 @@ impl BoxQp {
             let slides = if pull.abs() <= dry { 0.0 } else { (pull - dry * pull.signum()) / row[i] };
             self.speeds[i] = slides.clamp(low, high);
             let contact = match self.speeds[i] {
-                0.0 => Contact::Sticks,
-                v if v == slides || v.is_nan() => Contact::Slides(v.signum()),
-                v => Contact::Stops(usize::from(v > 0.0)),
+                0.0 => ContactState::Sticks,
+                v if v == slides || v.is_nan() => ContactState::Slides(v.signum()),
+                v => ContactState::Stops(usize::from(v > 0.0)),
             };
             is_same &= contact == self.contacts[i];
             self.contacts[i] = contact;
@@ -183,13 +183,13 @@ impl BoxQp {
         self.part.clear();
         self.side.clear();
         for i in 0..n {
-            let Contact::Slides(sign) = self.contacts[i] else { continue };
+            let ContactState::Slides(sign) = self.contacts[i] else { continue };
             let mut side = self.pull[i] - sign * self.dry[i];
             for j in 0..n {
                 match self.contacts[j] {
-                    Contact::Slides(_) => self.part.push(self.mass[n * i + j]),
-                    Contact::Sticks => {}
-                    Contact::Stops(end) => side -= self.mass[n * i + j] * self.bounds[j][end],
+                    ContactState::Slides(_) => self.part.push(self.mass[n * i + j]),
+                    ContactState::Sticks => {}
+                    ContactState::Stops(end) => side -= self.mass[n * i + j] * self.bounds[j][end],
                 }
             }
             self.rows.push(i);
@@ -204,7 +204,7 @@ impl BoxQp {
     /// Whether what slides does so in the direction assumed and within its bounds.
     fn is_consistent(&self) -> bool {
         self.rows.iter().zip(&self.side).all(|(&i, x)| {
-            (self.dry[i] == 0.0 || self.contacts[i] == Contact::Slides(x.signum()))
+            (self.dry[i] == 0.0 || self.contacts[i] == ContactState::Slides(x.signum()))
                 && (self.bounds[i][0]..=self.bounds[i][1]).contains(x)
         })
     }
@@ -259,20 +259,20 @@ mod tests {
                 let ([low, high], v, dry) = (qp.bounds[i], qp.speeds[i], qp.dry[i]);
                 assert!((low..=high).contains(&v), "{seed}: {v} within {low} to {high}");
                 let right = match qp.contacts[i] {
-                    Contact::Slides(sign) => {
+                    ContactState::Slides(sign) => {
                         (force - sign * dry).abs() <= tolerance && (dry == 0.0 || sign * v >= 0.0)
                     }
-                    Contact::Sticks => v == 0.0 && force.abs() <= dry + tolerance,
-                    Contact::Stops(end) => {
+                    ContactState::Sticks => v == 0.0 && force.abs() <= dry + tolerance,
+                    ContactState::Stops(end) => {
                         let outwards = if end == 1 { 1.0 } else { -1.0 };
                         v == [low, high][end] && outwards * force >= dry - tolerance
                     }
                 };
                 assert!(right, "{seed}: joint {i}: {:?}, {force} beside {dry}", qp.contacts[i]);
                 let kind = match qp.contacts[i] {
-                    Contact::Slides(_) => 0,
-                    Contact::Sticks => 1,
-                    Contact::Stops(_) => 2,
+                    ContactState::Slides(_) => 0,
+                    ContactState::Sticks => 1,
+                    ContactState::Stops(_) => 2,
                 };
                 found[kind] += 1;
             }

@@ -7,10 +7,12 @@
 //! # Reference
 //! Echeandia, Wensing (2021), Numerical methods to compute the Coriolis matrix and Christoffel symbols, eq. 10-16.
 
-use crate::data::Body;
+use crate::data::BodyState;
 use crate::kinematics::move_bodies;
 use crate::rnea::place_inertias;
-use crate::spatial::{Motion, Sym3, Vec3, Wrench, add3, cross, cross_add, dot3, scale3, sub3, sym3_mul};
+use crate::spatial::{
+    SpatialMotion, Sym3, Vec3, Wrench, add3, cross, cross_add, dot3, scale3, sub3, sym3_mul,
+};
 use crate::{Data, Model, Scalar};
 
 /// Coriolis matrix C(q, q̇) (n × n, row by row): C q̇ is the Coriolis torque, Ṁ − 2C is skew.
@@ -28,7 +30,7 @@ pub fn coriolis_matrix<T: Scalar>(model: &Model, data: &mut Data<T>, [q, dq]: [&
             (body.inertia.mul(&body.axis), scale3(q[0].splat(0.5), twice_b_transposed(&body)));
         let mut next = Some(i);
         while let Some(j) = next {
-            let Body { axis, axis_rate, .. } = &data.bodies[j];
+            let BodyState { axis, axis_rate, .. } = &data.bodies[j];
             coriolis[n * j + i] = axis.dot(&column);
             coriolis[n * i + j] = axis_rate.dot(&row) + dot3(axis.angular, turned);
             next = model.joints[j].parent;
@@ -49,8 +51,8 @@ pub(crate) fn find_momenta<T: Scalar>(data: &mut Data<T>) {
 
 /// J̇ = ω× J − J ω× + 2 (v·h) 1 − h vᵀ − v hᵀ.
 #[inline(always)]
-pub(crate) fn second_rate<T: Scalar>(body: &Body<T>) -> Sym3<T> {
-    let (Motion { angular, linear: v }, h) = (body.velocity, body.inertia.first);
+pub(crate) fn second_rate<T: Scalar>(body: &BodyState<T>) -> Sym3<T> {
+    let (SpatialMotion { angular, linear: v }, h) = (body.velocity, body.inertia.first);
     let [xx, xy, yy, xz, yz, zz] = body.inertia.second;
     // Columns of ω× J, less those of h vᵀ; with its transpose.
     let x = sub3(cross(angular, [xx, xy, xz]), scale3(v[0], h));
@@ -63,7 +65,7 @@ pub(crate) fn second_rate<T: Scalar>(body: &Body<T>) -> Sym3<T> {
 
 /// 2 B m.
 #[inline(always)]
-pub(crate) fn twice_b<T: Scalar>(body: &Body<T>, m: &Motion<T>) -> Wrench<T> {
+pub(crate) fn twice_b<T: Scalar>(body: &BodyState<T>, m: &SpatialMotion<T>) -> Wrench<T> {
     let force = cross(m.angular, body.momentum.force);
     Wrench {
         moment: cross_add(m.angular, body.momentum.moment, sym3_mul(&body.second_rate, m.angular)),
@@ -73,13 +75,13 @@ pub(crate) fn twice_b<T: Scalar>(body: &Body<T>, m: &Motion<T>) -> Wrench<T> {
 
 /// Moment of 2 Bᵀ S for the body's own axis S; its force is zero.
 #[inline(always)]
-pub(crate) fn twice_b_transposed<T: Scalar>(body: &Body<T>) -> Vec3<T> {
+pub(crate) fn twice_b_transposed<T: Scalar>(body: &BodyState<T>) -> Vec3<T> {
     twice_b_transposed_of(body, &body.axis)
 }
 
 /// Moment of 2 Bᵀ m; its force is zero.
 #[inline(always)]
-pub(crate) fn twice_b_transposed_of<T: Scalar>(body: &Body<T>, m: &Motion<T>) -> Vec3<T> {
+pub(crate) fn twice_b_transposed_of<T: Scalar>(body: &BodyState<T>, m: &SpatialMotion<T>) -> Vec3<T> {
     let turned = cross_add(body.momentum.moment, m.angular, sym3_mul(&body.second_rate, m.angular));
     let shifted = cross(body.momentum.force, m.linear);
     add3(turned, add3(shifted, shifted))
@@ -96,7 +98,7 @@ impl<T: Scalar> Wrench<T> {
 #[inline(always)]
 pub(crate) fn add_to_parent<T: Scalar>(model: &Model, data: &mut Data<T>, i: usize) {
     if let Some(p) = model.joints[i].parent {
-        let Body { inertia, momentum, second_rate, .. } = data.bodies[i];
+        let BodyState { inertia, momentum, second_rate, .. } = data.bodies[i];
         let parent = &mut data.bodies[p];
         parent.inertia = parent.inertia.plus(&inertia);
         parent.momentum = parent.momentum.plus(&momentum);

@@ -1,7 +1,7 @@
 //! Workspace of the algorithms: results and scratch, allocated once, next to the model.
 
-use crate::model::{Drive, Joint, Weightless};
-use crate::spatial::{Articulated, Inertia, Mat3, Motion, Sym3, Vec3, Wrench};
+use crate::model::{Joint, JointLimits, Weightless};
+use crate::spatial::{Articulated, Inertia, Mat3, SpatialMotion, Sym3, Vec3, Wrench};
 use crate::{Model, Scalar};
 
 /// Scratch of the algorithms for one [`Model`], and the parameters of its bodies as numbers of kind `T`.
@@ -17,9 +17,9 @@ pub struct Data<T> {
     pub(crate) springs: Vec<[T; 2]>,
     /// Weightless mass and first moment of bodies; empty where all of them weigh what they should.
     pub(crate) lifts: Vec<Lift<T>>,
-    pub(crate) bodies: Vec<Body<T>>,
+    pub(crate) bodies: Vec<BodyState<T>>,
     /// Gravity, the other way round: the acceleration of a base at rest.
-    pub(crate) base_acceleration: Motion<T>,
+    pub(crate) base_acceleration: SpatialMotion<T>,
     /// n zeros.
     pub(crate) still: Vec<T>,
     /// n × n, row by row.
@@ -36,16 +36,16 @@ pub(crate) struct Lift<T> {
 
 /// A body, all of it about the origin of the base and in its axes.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Body<T> {
+pub(crate) struct BodyState<T> {
     /// Columns: the axes of the joint's frame.
     pub rotation: Mat3<T>,
     /// Origin of the joint's frame [m].
     pub position: Vec3<T>,
     /// Motion of the body for one unit of the joint's speed.
-    pub axis: Motion<T>,
-    pub velocity: Motion<T>,
+    pub axis: SpatialMotion<T>,
+    pub velocity: SpatialMotion<T>,
     /// Against a base that accelerates upwards: gravity is in it.
-    pub acceleration: Motion<T>,
+    pub acceleration: SpatialMotion<T>,
     pub inertia: Inertia<T>,
     /// Inertia times velocity.
     pub momentum: Wrench<T>,
@@ -57,11 +57,11 @@ pub(crate) struct Body<T> {
     /// 1 / (axis · reaction + armature).
     pub inverse: T,
     /// Second motion and wrench of solvers and sweeps.
-    pub motion: Motion<T>,
+    pub motion: SpatialMotion<T>,
     pub load: Wrench<T>,
     /// Rate of the axis, and of the axis as felt by whoever accelerates with the parent: Ψ̇ and Ψ̈ of `derivatives`.
-    pub axis_rate: Motion<T>,
-    pub axis_acceleration: Motion<T>,
+    pub axis_rate: SpatialMotion<T>,
+    pub axis_acceleration: SpatialMotion<T>,
     /// Rate of the second moment.
     pub second_rate: Sym3<T>,
     /// Moments that the adjoint sums.
@@ -94,29 +94,29 @@ impl<T: Scalar> Data<T> {
             .iter()
             .map(|joint| Inertia::from_parameters(joint.inertia.parameters().map(|p| like.splat(p))))
             .collect();
-        let bodies = inertias.iter().map(|inertia| Body {
+        let bodies = inertias.iter().map(|inertia| BodyState {
             rotation: [[zero; 3]; 3],
             position: [zero; 3],
-            axis: Motion::zero(like),
-            velocity: Motion::zero(like),
-            acceleration: Motion::zero(like),
+            axis: SpatialMotion::zero(like),
+            velocity: SpatialMotion::zero(like),
+            acceleration: SpatialMotion::zero(like),
             inertia: *inertia,
             momentum: Wrench::zero(like),
             wrench: Wrench::zero(like),
             articulated: Articulated::rigid(inertia),
             reaction: Wrench::zero(like),
             inverse: zero,
-            motion: Motion::zero(like),
+            motion: SpatialMotion::zero(like),
             load: Wrench::zero(like),
-            axis_rate: Motion::zero(like),
-            axis_acceleration: Motion::zero(like),
+            axis_rate: SpatialMotion::zero(like),
+            axis_acceleration: SpatialMotion::zero(like),
             second_rate: [zero; 6],
             turned: [zero; 3],
             resisted: [zero; 3],
         });
         let n = model.n_joints();
         let has_springs = model.joints.iter().any(|joint| joint.drive.stiffness != 0.0);
-        let spring = |drive: &Drive| [drive.stiffness, drive.spring_reference].map(|x| like.splat(x));
+        let spring = |drive: &JointLimits| [drive.stiffness, drive.spring_reference].map(|x| like.splat(x));
         let lifted =
             model.joints.iter().enumerate().filter(|(_, joint)| joint.weightless != Weightless::default());
         let lift = |(body, joint): (usize, &Joint)| {
@@ -129,7 +129,7 @@ impl<T: Scalar> Data<T> {
             bodies: bodies.collect(),
             inertias,
             armature: model.joints.iter().map(|joint| like.splat(joint.drive.armature)).collect(),
-            base_acceleration: Motion { angular: [zero; 3], linear: [x, y, z] },
+            base_acceleration: SpatialMotion { angular: [zero; 3], linear: [x, y, z] },
             still: vec![zero; n],
             matrix: vec![zero; n * n],
         }

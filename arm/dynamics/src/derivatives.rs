@@ -9,12 +9,12 @@
 //! Singh, Russell, Wensing (2022), Efficient analytical derivatives of rigid-body dynamics using spatial vector algebra.
 
 use crate::coriolis::{add_to_parent, find_momenta, twice_b, twice_b_transposed};
-use crate::data::Body;
+use crate::data::BodyState;
 use crate::dense;
 use crate::external::{ExternalForce, lift_resisted, subtract};
 use crate::kinematics::{accelerate_bodies, move_bodies};
 use crate::rnea::{find_wrenches, place_inertias, sum_wrenches};
-use crate::spatial::{Motion, cross, cross_add, dot3};
+use crate::spatial::{SpatialMotion, cross, cross_add, dot3};
 use crate::{Data, Model, Scalar};
 
 /// ∂τ/∂q, ∂τ/∂q̇ and ∂τ/∂q̈ = M of [`crate::inverse_dynamics`] (each n × n, row by row); external forces keep their
@@ -90,7 +90,7 @@ fn differentiate<T: Scalar>(
                 let column_dq = body.inertia.mul(&twice_rate).plus(&twice_b(&body, &body.axis));
                 let mut next = Some(i);
                 while let Some(j) = next {
-                    let Body { axis, axis_rate, axis_acceleration, .. } = &data.bodies[j];
+                    let BodyState { axis, axis_rate, axis_acceleration, .. } = &data.bodies[j];
                     let (here, across) = (n * i + j, n * j + i);
                     mass[here] = axis.dot(&row);
                     mass[across] = mass[here];
@@ -120,7 +120,7 @@ fn find_axis_accelerations<T: Scalar>(model: &Model, data: &mut Data<T>) {
         let body = &mut rest[0];
         body.axis_acceleration = match joint.parent {
             Some(p) => {
-                let Body { velocity, acceleration, .. } = &done[p];
+                let BodyState { velocity, acceleration, .. } = &done[p];
                 acceleration.cross(&body.axis).plus(&velocity.cross(&body.axis_rate))
             }
             None => data.base_acceleration.cross(&body.axis),
@@ -148,7 +148,7 @@ fn add_turned<T: Scalar>(
     data: &Data<T>,
     body: usize,
     by_q: &mut [T],
-    resisted: impl Fn(&Motion<T>) -> [T; 3],
+    resisted: impl Fn(&SpatialMotion<T>) -> [T; 3],
 ) {
     let n = model.n_joints();
     for i in model.way_to_base(body) {
@@ -161,6 +161,6 @@ fn add_turned<T: Scalar>(
 
 /// n × ω + f × u, u the velocity at `point` of a body that moves with (ω, v).
 #[inline(always)]
-pub(crate) fn resisted<T: Scalar>(force: &ExternalForce<T>, point: [T; 3], m: &Motion<T>) -> [T; 3] {
+pub(crate) fn resisted<T: Scalar>(force: &ExternalForce<T>, point: [T; 3], m: &SpatialMotion<T>) -> [T; 3] {
     cross_add(force.torque, m.angular, cross(force.force, m.at(point)))
 }

@@ -1,7 +1,7 @@
 //! Forces from outside.
 
 use crate::data::Lift;
-use crate::spatial::{Motion, Vec3, Wrench, add_scaled3, cross, mul3, mul3_add, scale3, splat3};
+use crate::spatial::{SpatialMotion, Vec3, Wrench, add_scaled3, cross, mul3, mul3_add, scale3, splat3};
 use crate::{Data, Model, Scalar};
 
 /// A force that acts on the arm at the origin of a frame, in the axes of the base.
@@ -38,7 +38,7 @@ impl<T: Scalar> Data<T> {
 /// Resistance of a lift to a motion of its body: as `resisted` of `derivatives`, for a force that carries a
 /// mass.
 #[inline(always)]
-pub(crate) fn lift_resisted<T: Scalar>(data: &Data<T>, lift: &Lift<T>, m: &Motion<T>) -> Vec3<T> {
+pub(crate) fn lift_resisted<T: Scalar>(data: &Data<T>, lift: &Lift<T>, m: &SpatialMotion<T>) -> Vec3<T> {
     let moved = add_scaled3(cross(m.angular, data.lifted(lift)), lift.mass, m.linear);
     cross(data.base_acceleration.linear, moved)
 }

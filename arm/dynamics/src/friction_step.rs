@@ -17,7 +17,7 @@
 use hysteron_base::lanes::LANES;
 
 use crate::adjoint::inverse_dynamics_adjoint;
-use crate::box_qp::{BoxQp, Contact};
+use crate::box_qp::{BoxQp, ContactState};
 use crate::crba::fill_mass_matrix;
 use crate::followers::Followers;
 use crate::rnea::bias_torque;
@@ -215,9 +215,11 @@ impl<T: Scalar> FrictionStep<T> {
         qp.solve();
         for u in 0..m {
             let found = match qp.contacts[u] {
-                Contact::Slides(sign) => [1.0, sign, 0.0, 0.0],
-                Contact::Sticks => [0.0; 4],
-                Contact::Stops(end) => [0.0, 0.0, 1.0, self.followers.ranges[u].unwrap_or_default()[end]],
+                ContactState::Slides(sign) => [1.0, sign, 0.0, 0.0],
+                ContactState::Sticks => [0.0; 4],
+                ContactState::Stops(end) => {
+                    [0.0, 0.0, 1.0, self.followers.ranges[u].unwrap_or_default()[end]]
+                }
             };
             for (values, value) in self.found[u].iter_mut().zip(found) {
                 values[lane] = value;

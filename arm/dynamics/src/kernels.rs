@@ -1,13 +1,13 @@
 //! The algorithms as kernels of a [`crate::Batch`].
 
-use crate::batch::Kernel;
+use crate::batch::StateKernel;
 use crate::{
     Data, Model, Scalar, forward_dynamics, forward_dynamics_derivatives, inverse_dynamics, mass_matrix,
 };
 
 /// (q, q̇, q̈) to τ.
 #[derive(Debug, Clone, Copy)]
-pub struct InverseDynamics;
+pub struct InverseDynamicsKernel;
 
 /// (q, q̇, τ) to q̈.
 #[derive(Debug, Clone, Copy)]
@@ -21,21 +21,21 @@ pub struct MassMatrix;
 #[derive(Debug, Clone, Copy)]
 pub struct ForwardDerivatives;
 
-impl Kernel for InverseDynamics {
+impl StateKernel for InverseDynamicsKernel {
     #[inline(always)]
     fn run<T: Scalar>(&self, model: &Model, data: &mut Data<T>, inputs: &[&[T]], outputs: &mut [&mut [T]]) {
         inverse_dynamics(model, data, [inputs[0], inputs[1], inputs[2]], &[], outputs[0]);
     }
 }
 
-impl Kernel for ForwardDynamics {
+impl StateKernel for ForwardDynamics {
     #[inline(always)]
     fn run<T: Scalar>(&self, model: &Model, data: &mut Data<T>, inputs: &[&[T]], outputs: &mut [&mut [T]]) {
         forward_dynamics(model, data, [inputs[0], inputs[1], inputs[2]], &[], outputs[0]);
     }
 }
 
-impl Kernel for MassMatrix {
+impl StateKernel for MassMatrix {
     fn inputs(&self, model: &Model) -> Vec<usize> {
         vec![model.n_joints()]
     }
@@ -50,7 +50,7 @@ impl Kernel for MassMatrix {
     }
 }
 
-impl Kernel for ForwardDerivatives {
+impl StateKernel for ForwardDerivatives {
     fn outputs(&self, model: &Model) -> Vec<usize> {
         let n = model.n_joints();
         vec![n, n * n, n * n, n * n]

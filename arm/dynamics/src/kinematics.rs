@@ -2,16 +2,16 @@
 //!
 //! [`forward_kinematics`] or [`forward_velocities`] first; the others read what it left in [`Data`].
 
-use crate::data::Body;
+use crate::data::BodyState;
 use crate::model::{Joint, JointKind};
 use crate::spatial::{
-    Mat3, Motion, Pose, Vec3, add3, cross, cross_add, mul3_add, mul3_constant, scale3, splat3,
+    Mat3, Pose, SpatialMotion, Vec3, add3, cross, cross_add, mul3_add, mul3_constant, scale3, splat3,
 };
 use crate::{Data, Model, Scalar};
 
 /// Places the body of `joint`, which stands on `parent`, at the coordinate `q`.
 #[inline(always)]
-fn place<T: Scalar>(joint: &Joint, parent: Option<&Body<T>>, q: T, body: &mut Body<T>) {
+fn place<T: Scalar>(joint: &Joint, parent: Option<&BodyState<T>>, q: T, body: &mut BodyState<T>) {
     let Pose { rotation, position } = &joint.placement;
     // Fixed part; on the base it is constant.
     let (fixed, position) = match parent {
@@ -27,12 +27,12 @@ fn place<T: Scalar>(joint: &Joint, parent: Option<&Body<T>>, q: T, body: &mut Bo
             body.rotation =
                 [turned(fixed[0], sin, cos), turned(fixed[1], sin, cos), turned(fixed[2], sin, cos)];
             body.position = position;
-            body.axis = Motion { angular: z, linear: cross(position, z) };
+            body.axis = SpatialMotion { angular: z, linear: cross(position, z) };
         }
         JointKind::Prismatic => {
             body.rotation = fixed;
             body.position = add3(position, scale3(q, z));
-            body.axis = Motion { angular: [q.splat(0.0); 3], linear: z };
+            body.axis = SpatialMotion { angular: [q.splat(0.0); 3], linear: z };
         }
     }
 }
@@ -122,7 +122,7 @@ pub fn frame_pose<T: Scalar>(model: &Model, data: &Data<T>, frame: usize) -> Pos
     let like = data.like();
     match frame.joint {
         Some(body) => {
-            let Body { rotation, position, .. } = data.bodies[body];
+            let BodyState { rotation, position, .. } = data.bodies[body];
             Pose { rotation, position }.times(&frame.pose)
         }
         None => Pose {

@@ -51,7 +51,7 @@ mod stepper;
 
 pub use aba::{forward_dynamics, solve_mass};
 pub use adjoint::{Cotangent, forward_dynamics_adjoint, parameter_adjoint};
-pub use batch::{Batch, Kernel};
+pub use batch::{Batch, StateKernel};
 pub use coriolis::coriolis_matrix;
 pub use crba::mass_matrix;
 pub use data::Data;
@@ -64,8 +64,8 @@ pub use kinematics::{
     skeleton,
 };
 pub use model::{
-    Arguments, Base, Drive, Follower, Frame, FreeJoint, Joint, JointKind, MAX_JOINTS, Masses, Model, Notes,
-    ReadOptions, Weightless,
+    Arguments, Base, Follower, Frame, FreeJoint, Joint, JointKind, JointLimits, MAX_JOINTS, Masses, Model,
+    Notes, ReadOptions, Weightless,
 };
 pub use momentum::generalized_momentum;
 pub use regressor::regressor;
@@ -74,4 +74,4 @@ pub use rollouts::{RolloutGradient, RolloutInputs, Rollouts};
 pub use scalar::Scalar;
 pub use simulator::Simulator;
 pub use step_gradient::StepGradient;
-pub use stepper::{Integrator, Stepper};
+pub use stepper::{ArmStepper, Integrator};

@@ -3,7 +3,7 @@
 //! With the velocity v_i and the axis S_i of body i, and the momentum h_i of all that it carries: p_i = S_i · h_i, and
 //! ½ ∂(q̇ᵀM q̇)/∂q_i = (v_i × S_i) · h_i. One pass outwards and one inwards.
 
-use crate::data::Body;
+use crate::data::BodyState;
 use crate::external::subtract;
 use crate::kinematics::move_bodies;
 use crate::rnea::place_inertias;
@@ -32,7 +32,7 @@ pub fn generalized_momentum<T: Scalar>(
     }
     subtract(model, data, &[]);
     for (i, joint) in model.joints.iter().enumerate().rev() {
-        let Body { axis, velocity, momentum: carried, wrench, .. } = data.bodies[i];
+        let BodyState { axis, velocity, momentum: carried, wrench, .. } = data.bodies[i];
         momentum[i] = data.armature[i].mul_add(dq[i], axis.dot(&carried));
         rate[i] = velocity.cross(&axis).dot(&carried) - axis.dot(&wrench);
         if let Some([stiffness, reference]) = data.springs.get(i) {

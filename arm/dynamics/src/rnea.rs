@@ -5,7 +5,7 @@
 
 use crate::external::{ExternalForce, subtract};
 use crate::kinematics::{accelerate_bodies, move_bodies};
-use crate::spatial::Motion;
+use crate::spatial::SpatialMotion;
 use crate::{Data, Model, Scalar};
 
 /// Torques τ [N m] that give the accelerations: τ = M q̈ + C q̇ + g − Jᵀ f, with the torques of springs in g.
@@ -54,7 +54,7 @@ pub fn gravity_torque<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], tau
 #[inline(always)]
 pub fn coriolis_torque<T: Scalar>(model: &Model, data: &mut Data<T>, [q, dq]: [&[T]; 2], tau: &mut [T]) {
     let gravity = data.base_acceleration;
-    data.base_acceleration = Motion::zero(gravity.linear[0]);
+    data.base_acceleration = SpatialMotion::zero(gravity.linear[0]);
     move_bodies(model, data, q, dq);
     collect_torques(model, data, &[], tau);
     data.base_acceleration = gravity;

@@ -8,7 +8,7 @@ use hysteron_base::lanes::{Isa, LANES, Lanes, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::batch::Register;
-use crate::{ExternalForce, Integrator, Model, StepGradient, Stepper};
+use crate::{ArmStepper, ExternalForce, Integrator, Model, StepGradient};
 
 /// Force and torque, each of three components.
 const WRENCH: usize = 6;
@@ -41,7 +41,7 @@ pub struct RolloutInputs<'a> {
     pub tau: &'a [f64],
     /// Force [N] and torque [N m] in the axes of the base, at every frame (trajectories × steps × frames × 6).
     pub forces: &'a [f64],
-    /// Dry friction of all joints [N m], then its growth per torque through their gears [-] as [`Stepper::set_friction`] takes them
+    /// Dry friction of all joints [N m], then its growth per torque through their gears [-] as [`ArmStepper::set_friction`] takes them
     /// (trajectories × steps × 2n); empty where friction is the model's.
     pub friction: &'a [f64],
 }
@@ -139,7 +139,7 @@ impl Rollouts<'_> {
         let parts = parts.zip(by_force).zip(by_friction);
         parts.enumerate().for_each(|(part, ((((initial, tau), parameters), forces), friction))| {
             let rows = LANES * part..LANES * part + initial.len() / w.state;
-            let found = Found { initial, tau, forces, friction, parameters };
+            let found = RolloutGradients { initial, tau, forces, friction, parameters };
             self.isa.run(Backward { rollouts: self, inputs: *inputs, rows, states, weights, found });
         });
         let mut sum = vec![0.0; w.parameters];
@@ -162,8 +162,8 @@ impl Rollouts<'_> {
         }
     }
 
-    fn stepper<S: Simd>(&self, like: Lanes<S>) -> Stepper<Lanes<S>> {
-        Stepper::new(self.model, self.integrator, self.period, self.frames.len(), like)
+    fn stepper<S: Simd>(&self, like: Lanes<S>) -> ArmStepper<Lanes<S>> {
+        ArmStepper::new(self.model, self.integrator, self.period, self.frames.len(), like)
     }
 }
 
@@ -200,7 +200,7 @@ impl<S: Simd> Acting<S> {
         &mut self,
         (w, inputs): (Widths, &RolloutInputs),
         (register, step): (Register<S>, usize),
-        stepper: &mut Stepper<Lanes<S>>,
+        stepper: &mut ArmStepper<Lanes<S>>,
     ) {
         if !self.friction.is_empty() {
             for (k, friction) in self.friction.iter_mut().enumerate() {
@@ -260,7 +260,7 @@ impl WithSimd for Forward<'_> {
 }
 
 /// Gradients of some trajectories.
-struct Found<'a> {
+struct RolloutGradients<'a> {
     initial: &'a mut [f64],
     tau: &'a mut [f64],
     forces: &'a mut [f64],
@@ -276,7 +276,7 @@ struct Backward<'a> {
     states: &'a [f64],
     weights: &'a [f64],
     /// Of these trajectories only.
-    found: Found<'a>,
+    found: RolloutGradients<'a>,
 }
 
 impl WithSimd for Backward<'_> {

@@ -1,19 +1,19 @@
 //! One arm in time, with dry friction that holds exactly, joint limits, and joints that follow others.
 
-use crate::{ExternalForce, Integrator, Model, Stepper, Stops};
+use crate::{ArmStepper, ExternalForce, Integrator, Model, Stops};
 
 /// Advances the state of an arm by a fixed time, with friction and stops: [`Integrator::WithFriction`] without a way back.
 #[derive(Debug, Clone)]
 pub struct Simulator<'m> {
     model: &'m Model,
-    stepper: Stepper<f64>,
+    stepper: ArmStepper<f64>,
     tape: Vec<f64>,
 }
 
 impl<'m> Simulator<'m> {
     /// Steps of `period` [s], each in `substeps` equal parts.
     pub fn new(model: &'m Model, period: f64, substeps: usize, stops: Stops) -> Self {
-        let stepper = Stepper::new(model, Integrator::WithFriction(stops), (period, substeps), 0, 0.0);
+        let stepper = ArmStepper::new(model, Integrator::WithFriction(stops), (period, substeps), 0, 0.0);
         Self { model, stepper, tape: Vec::with_capacity(2 * substeps * model.n_joints()) }
     }
 

@@ -132,7 +132,7 @@ pub(crate) fn sym3_rotated<T: Scalar>(s: &Sym3<T>, r: &Mat3<T>) -> Sym3<T> {
 
 /// Angular and linear velocity, or acceleration, of the point of a body that lies at the origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion<T> {
+pub struct SpatialMotion<T> {
     /// [rad/s], [rad/s²].
     pub angular: Vec3<T>,
     /// [m/s], [m/s²].
@@ -148,7 +148,7 @@ pub struct Wrench<T> {
     pub force: Vec3<T>,
 }
 
-impl<T: Scalar> Motion<T> {
+impl<T: Scalar> SpatialMotion<T> {
     /// Zero, as numbers of the kind of `like`.
     #[inline(always)]
     pub fn zero(like: T) -> Self {
@@ -267,7 +267,7 @@ impl<T: Scalar> Inertia<T> {
 
     /// The inertia times a motion: momentum of a velocity.
     #[inline(always)]
-    pub(crate) fn mul(&self, m: &Motion<T>) -> Wrench<T> {
+    pub(crate) fn mul(&self, m: &SpatialMotion<T>) -> Wrench<T> {
         Wrench {
             moment: sym3_mul_add(&self.second, m.angular, cross(self.first, m.linear)),
             force: cross_add(m.angular, self.first, scale3(self.mass, m.linear)),
@@ -309,7 +309,7 @@ impl<T: Scalar> Inertia<T> {
 
     /// Gradient of x · (I y) with respect to the ten parameters.
     #[inline(always)]
-    pub(crate) fn gradient(x: &Motion<T>, y: &Motion<T>) -> [T; 10] {
+    pub(crate) fn gradient(x: &SpatialMotion<T>, y: &SpatialMotion<T>) -> [T; 10] {
         // x·Iy = m x_v·y_v + x_v·(y_ω × h) + x_ω·(h × y_v) + x_ωᵀ J y_ω.
         let h = add3(cross(x.linear, y.angular), cross(y.linear, x.angular));
         let (a, b) = (x.angular, y.angular);
@@ -378,7 +378,7 @@ impl<T: Scalar> Articulated<T> {
     }
 
     #[inline(always)]
-    pub fn mul(&self, m: &Motion<T>) -> Wrench<T> {
+    pub fn mul(&self, m: &SpatialMotion<T>) -> Wrench<T> {
         Wrench {
             moment: sym3_mul_add(&self.second, m.angular, mul3(&self.coupling, m.linear)),
             force: mul3_transposed_add(&self.coupling, m.angular, sym3_mul(&self.mass, m.linear)),

@@ -3,7 +3,7 @@
 use crate::adjoint::parameter_adjoint;
 use crate::{Cotangent, Data, Model, Scalar};
 
-/// Gradients that [`crate::Stepper::step_back`] returns in addition to that by the state.
+/// Gradients that [`crate::ArmStepper::step_back`] returns in addition to that by the state.
 #[derive(Debug, Clone)]
 pub struct StepGradient<T> {
     /// By the torques of this step.

@@ -26,8 +26,8 @@ pub enum Integrator {
 
 /// Advances states of one model by a fixed time, and pulls gradients back.
 #[derive(Debug, Clone)]
-pub struct Stepper<T> {
-    /// Parameters may be changed through [`Stepper::set_parameters`] only: damping is part of the armature here.
+pub struct ArmStepper<T> {
+    /// Parameters may be changed through [`ArmStepper::set_parameters`] only: damping is part of the armature here.
     data: Data<T>,
     integrator: Integrator,
     /// Length of a substep [s].
@@ -47,7 +47,7 @@ pub struct Stepper<T> {
     cotangent: Cotangent<T>,
 }
 
-impl<T: Scalar> Stepper<T> {
+impl<T: Scalar> ArmStepper<T> {
     /// Steps of `period` [s], each in `substeps` equal parts, of `model` with up to `n_external` external forces, of numbers
     /// like `like`.
     pub fn new(

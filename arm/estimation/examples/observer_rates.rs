@@ -52,9 +52,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let friction = || FrictionModel::new(vec![law.clone(); n], LowSpeed::Stick(0.01));
     let noise = KalmanNoise { momentum: 1e-3, torque: 1e-2, contact: 10.0 };
     let observers: Vec<(&str, Box<dyn Observer + '_>)> = vec![
-        ("torque", Box::new(Balance::new(body(), friction(), Terms::Torque))),
-        ("gravity", Box::new(Balance::new(body(), friction(), Terms::Gravity))),
-        ("gravity_friction", Box::new(Balance::new(body(), friction(), Terms::GravityAndFriction))),
+        ("torque", Box::new(StaticResidual::new(body(), friction(), Terms::Torque))),
+        ("gravity", Box::new(StaticResidual::new(body(), friction(), Terms::Gravity))),
+        ("gravity_friction", Box::new(StaticResidual::new(body(), friction(), Terms::GravityAndFriction))),
         ("momentum", Box::new(MomentumObserver::new(body(), friction(), &vec![30.0; n]))),
         ("kalman", Box::new(KalmanObserver::new(body(), friction(), &vec![noise; n]))),
         ("sliding_mode", Box::new(SlidingModeObserver::new(body(), friction(), &vec![30.0; n]))),
@@ -72,12 +72,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (name, mut observer) in observers {
         let step = nanoseconds(|k| {
             let [position, velocity, torque] = &rows[k];
-            observer.update(&Sample { period: 1e-3, position, velocity, torque }, &mut external);
+            observer.update(&ArmSample { period: 1e-3, position, velocity, torque }, &mut external);
             black_box(&external);
         });
         times.insert(name.to_owned(), step.into());
     }
-    let mut tip = TipForce::new(&model, model.frames().len() - 1, &vec![0.2; n], Belief::Force(20.0));
+    let mut tip =
+        TipForceEstimator::new(&model, model.frames().len() - 1, &vec![0.2; n], ContactPrior::Force(20.0));
     let step = nanoseconds(|k| {
         tip.update(&rows[k][0], &external);
         black_box(&tip.force);

@@ -2,7 +2,7 @@
 
 use hysteron_base::{BadInput, Recording};
 
-use crate::recorded::Quantity;
+use crate::recorded::JointQuantityKind;
 use hysteron_arm_dynamics::{JointKind, MAX_JOINTS};
 
 /// Kind and series of one joint in a recording; every series has one value per row (n_samples).
@@ -32,22 +32,22 @@ pub struct JointSeries<'a> {
 
 impl<'a> JointSeries<'a> {
     /// The series of a quantity.
-    pub fn of(&self, quantity: Quantity) -> Option<&'a [f64]> {
+    pub fn of(&self, quantity: JointQuantityKind) -> Option<&'a [f64]> {
         match quantity {
-            Quantity::Position => self.position,
-            Quantity::Velocity => self.velocity,
-            Quantity::Acceleration => self.acceleration,
-            Quantity::Torque => self.torque,
-            Quantity::Goal => self.goal,
-            Quantity::Current => self.current,
-            Quantity::Voltage => self.voltage,
-            Quantity::Temperature => self.temperature,
-            Quantity::Pwm => self.pwm,
+            JointQuantityKind::Position => self.position,
+            JointQuantityKind::Velocity => self.velocity,
+            JointQuantityKind::Acceleration => self.acceleration,
+            JointQuantityKind::Torque => self.torque,
+            JointQuantityKind::Goal => self.goal,
+            JointQuantityKind::Current => self.current,
+            JointQuantityKind::Voltage => self.voltage,
+            JointQuantityKind::Temperature => self.temperature,
+            JointQuantityKind::Pwm => self.pwm,
         }
     }
 
     /// Name of the channel of a quantity, of joint number `joint` (from 0).
-    pub fn name_of(&self, quantity: Quantity, joint: usize) -> String {
+    pub fn name_of(&self, quantity: JointQuantityKind, joint: usize) -> String {
         quantity.channel(self.kind, joint)
     }
 }
@@ -63,7 +63,7 @@ pub struct ForceSeries<'a> {
 
 /// A recording of an arm.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Recorded<'a> {
+pub struct ArmRecording<'a> {
     /// Times (n_samples) [s].
     pub time: &'a [f64],
     /// True where a sample was missing and has been filled in (n_samples).
@@ -76,7 +76,7 @@ pub struct Recorded<'a> {
     pub force: [Option<ForceSeries<'a>>; 3],
 }
 
-impl<'a> Recorded<'a> {
+impl<'a> ArmRecording<'a> {
     /// Reads the channels `q_k_rad` (or `q_k_m`), `dq_k_rad_s`, `ddq_k_rad_s2`, `tau_k_n_m`, `goal_k_rad`, `current_k_a`, `voltage_k_v`,
     /// `temperature_k_degc`, `pwm_k_ratio` of the joints k = 1, 2, … and `force_x_n`, ….
     ///
@@ -84,17 +84,17 @@ impl<'a> Recorded<'a> {
     /// `BadInput` where there is no joint, where a quantity is there for some joints only, or where the names of joints are not
     /// as many.
     pub fn of(recording: &'a Recording) -> Result<Self, BadInput> {
-        let series = |quantity: Quantity, joint: usize| {
+        let series = |quantity: JointQuantityKind, joint: usize| {
             let kinds = [JointKind::Revolute, JointKind::Prismatic];
             kinds.into_iter().find_map(|kind| recording.channel(&quantity.channel(kind, joint)))
         };
         let has_any =
-            |joint: &usize| Quantity::ALL.iter().any(|quantity| series(*quantity, *joint).is_some());
+            |joint: &usize| JointQuantityKind::ALL.iter().any(|quantity| series(*quantity, *joint).is_some());
         let Some(n) = (0..MAX_JOINTS).rev().find(has_any).map(|last| last + 1) else {
             let names: Vec<&str> = recording.channels().iter().map(|channel| channel.name.as_str()).collect();
             return Err(BadInput::new("recording", "channels of joints, as q_1_rad", names.join(", ")));
         };
-        for quantity in Quantity::ALL {
+        for quantity in JointQuantityKind::ALL {
             let of_quantity: Vec<bool> = (0..n).map(|joint| series(quantity, joint).is_some()).collect();
             if let (true, Some(lacking)) =
                 (of_quantity.contains(&true), of_quantity.iter().position(|has| !has))
@@ -110,19 +110,20 @@ impl<'a> Recorded<'a> {
             }
         }
         let joint = |joint: usize| {
-            let slides =
-                recording.channel(&Quantity::Position.channel(JointKind::Prismatic, joint)).is_some();
+            let slides = recording
+                .channel(&JointQuantityKind::Position.channel(JointKind::Prismatic, joint))
+                .is_some();
             JointSeries {
                 kind: if slides { JointKind::Prismatic } else { JointKind::Revolute },
-                position: series(Quantity::Position, joint),
-                velocity: series(Quantity::Velocity, joint),
-                acceleration: series(Quantity::Acceleration, joint),
-                torque: series(Quantity::Torque, joint),
-                goal: series(Quantity::Goal, joint),
-                current: series(Quantity::Current, joint),
-                voltage: series(Quantity::Voltage, joint),
-                temperature: series(Quantity::Temperature, joint),
-                pwm: series(Quantity::Pwm, joint),
+                position: series(JointQuantityKind::Position, joint),
+                velocity: series(JointQuantityKind::Velocity, joint),
+                acceleration: series(JointQuantityKind::Acceleration, joint),
+                torque: series(JointQuantityKind::Torque, joint),
+                goal: series(JointQuantityKind::Goal, joint),
+                current: series(JointQuantityKind::Current, joint),
+                voltage: series(JointQuantityKind::Voltage, joint),
+                temperature: series(JointQuantityKind::Temperature, joint),
+                pwm: series(JointQuantityKind::Pwm, joint),
             }
         };
         let names = recording.meta().extra.get("joint_names").map_or("", String::as_str);
@@ -140,7 +141,7 @@ impl<'a> Recorded<'a> {
     ///
     /// # Errors
     /// `BadInput` naming the channel that is missing.
-    pub fn require(&self, quantity: Quantity) -> Result<Vec<&'a [f64]>, BadInput> {
+    pub fn require(&self, quantity: JointQuantityKind) -> Result<Vec<&'a [f64]>, BadInput> {
         let of = |(k, joint): (usize, &JointSeries<'a>)| {
             joint
                 .of(quantity)

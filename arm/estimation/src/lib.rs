@@ -19,14 +19,15 @@ pub mod servo_force;
 
 pub use computed_torque::ComputedTorque;
 pub use excite::{
-    Excitation, ExcitationOptions, Fourier, Information, Law, LimitOptions, Motion, MotionLimits,
+    Excitation, ExcitationOptions, Fourier, Information, LimitOptions, Motion, MotionLaw, MotionLimits,
     PointToPoint, exciting_trajectory, states_of,
 };
 pub use import::{
-    ArmKnown, BadRows, CURRENTS_BY, ColumnMap, ImportOptions, Imported, POSITION_GAIN, UnitCheck, import,
-    position_gain, with_arm,
+    ArmImport, ArmProperties, BadRows, CURRENTS_BY, ColumnMap, ImportOptions, POSITION_GAIN, UnitCheck,
+    import, position_gain, with_arm,
 };
-pub use joint_series::{ForceSeries, JointSeries, Recorded};
+pub use joint_series::{ArmRecording, ForceSeries, JointSeries};
 pub use recorded::{
-    Quantity, Wanted, channel_name, columns_of_dynamics, dynamics_of_rows, joint_rows, motion_under_torques,
+    DynamicsOutput, JointQuantityKind, channel_name, columns_of_dynamics, dynamics_of_rows, joint_rows,
+    motion_under_torques,
 };

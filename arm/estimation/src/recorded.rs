@@ -13,7 +13,7 @@ use hysteron_arm_dynamics::{
 
 /// A quantity that every joint has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
+pub enum JointQuantityKind {
     /// Coordinate.
     Position,
     /// Its rate.
@@ -34,7 +34,7 @@ pub enum Quantity {
     Pwm,
 }
 
-impl Quantity {
+impl JointQuantityKind {
     /// All of them.
     pub const ALL: [Self; 9] = [
         Self::Position,
@@ -81,7 +81,7 @@ fn torque_unit(kind: JointKind) -> &'static str {
 }
 
 /// Name of the channel of `quantity` of joint number `joint` (from 0).
-pub fn channel_name(model: &Model, quantity: Quantity, joint: usize) -> String {
+pub fn channel_name(model: &Model, quantity: JointQuantityKind, joint: usize) -> String {
     quantity.channel(model.joints()[joint].kind, joint)
 }
 
@@ -92,7 +92,7 @@ pub fn channel_name(model: &Model, quantity: Quantity, joint: usize) -> String {
 pub fn joint_rows(
     model: &Model,
     recording: &Recording,
-    quantity: Quantity,
+    quantity: JointQuantityKind,
 ) -> Result<Option<Vec<f64>>, BadInput> {
     let n = model.n_joints();
     let names: Vec<String> = (0..n).map(|joint| channel_name(model, quantity, joint)).collect();
@@ -110,18 +110,18 @@ pub fn joint_rows(
     ))
 }
 
-fn needed(model: &Model, recording: &Recording, quantity: Quantity) -> Result<Vec<f64>, BadInput> {
+fn needed(model: &Model, recording: &Recording, quantity: JointQuantityKind) -> Result<Vec<f64>, BadInput> {
     joint_rows(model, recording, quantity)?
         .ok_or_else(|| BadInput::new(channel_name(model, quantity, 0), "this channel", "none"))
 }
 
 /// Columns of a table that is filled row by row.
-struct Columns {
+struct DynamicsColumns {
     names: Vec<String>,
     values: Vec<Vec<f64>>,
 }
 
-impl Columns {
+impl DynamicsColumns {
     fn push(&mut self, row: &[f64]) {
         for (column, value) in self.values.iter_mut().zip(row) {
             column.push(*value);
@@ -138,7 +138,7 @@ impl Columns {
 
 /// Outputs of [`dynamics_of_rows`] in addition to torques or accelerations.
 #[derive(Debug, Clone, Copy)]
-pub struct Wanted {
+pub struct DynamicsOutput {
     /// Frame whose position and Jacobian are wanted, by its number in [`Model::frames`].
     pub frame: usize,
     /// All derivatives too: of the torques by q and q̇ (M is that by q̈), or of the accelerations by q, q̇ and τ.
@@ -156,13 +156,16 @@ pub struct Wanted {
 pub fn dynamics_of_rows(
     model: &Model,
     states: &Recording,
-    Wanted { frame, derivatives }: Wanted,
+    DynamicsOutput { frame, derivatives }: DynamicsOutput,
     meta: Metadata,
 ) -> Result<Recording, BadInput> {
     let n = model.n_joints();
-    let (q, dq) = (needed(model, states, Quantity::Position)?, needed(model, states, Quantity::Velocity)?);
-    let accelerations = joint_rows(model, states, Quantity::Acceleration)?;
-    let torques = joint_rows(model, states, Quantity::Torque)?;
+    let (q, dq) = (
+        needed(model, states, JointQuantityKind::Position)?,
+        needed(model, states, JointQuantityKind::Velocity)?,
+    );
+    let accelerations = joint_rows(model, states, JointQuantityKind::Acceleration)?;
+    let torques = joint_rows(model, states, JointQuantityKind::Torque)?;
     let (given, is_inverse) = match (&accelerations, &torques) {
         (Some(rows), None) => (rows, true),
         (None, Some(rows)) => (rows, false),
@@ -238,15 +241,15 @@ pub fn columns_of_dynamics(n: usize, derivatives: bool, is_inverse: bool) -> usi
 }
 
 /// Names of the columns of [`dynamics_of_rows`].
-fn table(model: &Model, is_inverse: bool, derivatives: bool) -> Columns {
+fn table(model: &Model, is_inverse: bool, derivatives: bool) -> DynamicsColumns {
     let n = model.n_joints();
     let kind = |joint: usize| model.joints()[joint].kind;
     let (given, result) = match is_inverse {
-        true => (Quantity::Acceleration, Quantity::Torque),
-        false => (Quantity::Torque, Quantity::Acceleration),
+        true => (JointQuantityKind::Acceleration, JointQuantityKind::Torque),
+        false => (JointQuantityKind::Torque, JointQuantityKind::Acceleration),
     };
     let mut names = Vec::new();
-    for quantity in [Quantity::Position, Quantity::Velocity, given, result] {
+    for quantity in [JointQuantityKind::Position, JointQuantityKind::Velocity, given, result] {
         names.extend((0..n).map(|joint| channel_name(model, quantity, joint)));
     }
     for stem in ["coriolis", "gravity", "damping"] {
@@ -273,13 +276,13 @@ fn table(model: &Model, is_inverse: bool, derivatives: bool) -> Columns {
     if derivatives {
         names.extend(derivative_names(model, is_inverse));
     }
-    Columns { values: vec![Vec::new(); names.len()], names }
+    DynamicsColumns { values: vec![Vec::new(); names.len()], names }
 }
 
 /// As `tau_1_by_q_2_n_m_per_rad`: what the torque of joint 1 gains by the coordinate of joint 2.
 fn derivative_names(model: &Model, is_inverse: bool) -> Vec<String> {
     let n = model.n_joints();
-    let coordinate = |joint: usize| Quantity::Position.spelled(model.joints()[joint].kind)[1];
+    let coordinate = |joint: usize| JointQuantityKind::Position.spelled(model.joints()[joint].kind)[1];
     let torque = |joint: usize| torque_unit(model.joints()[joint].kind);
     let name = |by: &str, i: usize, j: usize| match (is_inverse, by) {
         (true, "q") => format!("tau_{}_by_q_{}_{}_per_{}", i + 1, j + 1, torque(i), coordinate(j)),
@@ -309,13 +312,13 @@ pub fn motion_under_torques(
     if start.len() != n || start.iter().any(|q| !q.is_finite()) {
         return Err(BadInput::new("start", format!("{n} finite coordinates"), format!("{start:?}")));
     }
-    let tau = needed(model, torques, Quantity::Torque)?;
+    let tau = needed(model, torques, JointQuantityKind::Torque)?;
     let mut names = Vec::new();
-    for quantity in [Quantity::Position, Quantity::Velocity, Quantity::Torque] {
+    for quantity in [JointQuantityKind::Position, JointQuantityKind::Velocity, JointQuantityKind::Torque] {
         names.extend((0..n).map(|joint| channel_name(model, quantity, joint)));
     }
     names.extend(["kinetic_energy_j", "potential_energy_j"].map(str::to_owned));
-    let mut columns = Columns { values: vec![Vec::new(); names.len()], names };
+    let mut columns = DynamicsColumns { values: vec![Vec::new(); names.len()], names };
     let (mut q, mut dq, mut data) = (start.to_vec(), vec![0.0; n], Data::new(model, 0.0));
     let (time, mut last) = (torques.time(), 0.0);
     let mut simulator = None;

@@ -13,7 +13,7 @@ use hysteron_arm_dynamics::{Data, Model, inverse_dynamics};
 use hysteron_arm_estimation::identify::{
     BodyFit, BodyOptions, JointMotion, JointTerm, TorqueResponse, identify_bodies,
 };
-use hysteron_arm_estimation::{ColumnMap, ImportOptions, Recorded, import};
+use hysteron_arm_estimation::{ArmRecording, ColumnMap, ImportOptions, import};
 use hysteron_arm_learning::datasets::kuka_arm;
 use hysteron_base::{Metadata, json};
 use hysteron_fuzz::data_folder;
@@ -59,7 +59,7 @@ fn with_currents(
         ..ImportOptions::default()
     };
     let imported = import(path, &options, Metadata::default())?;
-    Ok(JointMotion::of_recording(&Recorded::of(&imported.recording)?, torque_constants, 4, cutoff)?)
+    Ok(JointMotion::of_recording(&ArmRecording::of(&imported.recording)?, torque_constants, 4, cutoff)?)
 }
 
 fn report(name: &str, fit: &BodyFit, tests: &[(&str, &JointMotion)], seconds: f64) -> Value {

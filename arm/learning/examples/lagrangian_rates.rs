@@ -12,7 +12,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use hysteron_arm_learning::lagrangian::{
-    InputForm, LearnedDynamics, NetworkShape, Samples, Scales, TorqueObjective, Variant, Weights,
+    ArmSamples, InputForm, JointWeights, LearnedDynamics, NetworkShape, Scales, TorqueObjective, Variant,
 };
 use hysteron_learn::{
     Activation, Adam, Decay, Objective, Schedule, TrainingProgress, TrainingSession, minimise,
@@ -31,10 +31,10 @@ fn now() -> f64 {
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-fn samples() -> Samples {
+fn samples() -> ArmSamples {
     let numbers =
         |seed: f64| (0..BATCH * STEPS * JOINTS).map(|i| (1.1 * i as f64 + seed).sin()).collect::<Vec<_>>();
-    let mut samples = Samples::new(JOINTS);
+    let mut samples = ArmSamples::new(JOINTS);
     let [q, dq, ddq, tau] = [0.0, 0.4, 0.9, 1.7].map(numbers);
     samples.push([&q, &dq, &ddq, &tau], [&[], &[]]).unwrap();
     samples
@@ -60,13 +60,13 @@ fn torque(shape: &NetworkShape) -> f64 {
 }
 
 /// Shortest mean time of a step in an epoch of training: of the processor, and by the clock [ms].
-fn step(shape: &NetworkShape, samples: &Samples) -> [f64; 2] {
+fn step(shape: &NetworkShape, samples: &ArmSamples) -> [f64; 2] {
     let adam = Adam { learning_rate: 1e-4, ..Adam::default() };
     let decay = Decay::Step { epochs: 1000, factor: 1.0 };
     let schedule = Schedule { epochs: EPOCHS, patience: EPOCHS, adam, decay, ema: None };
     let begin = shape.initial_parameters(1).into_iter().map(|p| p as f32).collect();
     let mut objective =
-        NotEvaluated(TorqueObjective::<f32>::new(shape, [samples, samples], Weights::Equal, 0.0));
+        NotEvaluated(TorqueObjective::<f32>::new(shape, [samples, samples], JointWeights::Equal, 0.0));
     let mut best = [f64::INFINITY; 2];
     let (mut start, mut start_by_clock) = (now(), Instant::now());
     let mut progress = |p: &TrainingProgress| {

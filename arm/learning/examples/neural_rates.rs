@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_learning::neural::{
-    Features, GripperAxis, Heads, InputScale, LossWeights, Segment, Simulation, SimulationOptions,
+    ArmSimulation, FeatureLayout, GripperAxis, Heads, InputScale, LossWeights, Segment, SimulationOptions,
     Trajectory, horizon_gradient,
 };
 use hysteron_learn::{TapePool, TemporalForm, TrainableModel as _, Transformer, TransformerShape};
@@ -28,7 +28,7 @@ fn now() -> f64 {
 }
 
 /// A smooth motion without labels.
-fn trajectory(features: &Features, period: f64) -> Trajectory {
+fn trajectory(features: &FeatureLayout, period: f64) -> Trajectory {
     let (rows, m) = (HORIZON + 1, features.motors());
     let (mut inputs, mut states) = (Vec::new(), Vec::new());
     for row in 0..rows {
@@ -59,9 +59,9 @@ fn trajectory(features: &Features, period: f64) -> Trajectory {
 #[allow(clippy::print_stdout)] // what it is for
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let gripper = Some(GripperAxis { slope: 0.0228, offset: 0.0 });
-    let features = Features { joints: 4, gripper };
+    let features = FeatureLayout { joints: 4, gripper };
     let options = SimulationOptions::PUBLISHED;
-    let simulation = Simulation::new(&Model::builtin("open-manipulator-x")?, &features, &options)?;
+    let simulation = ArmSimulation::new(&Model::builtin("open-manipulator-x")?, &features, &options)?;
     let trajectory = trajectory(&features, options.period);
     let scale = InputScale::of(&features, trajectory.inputs.chunks_exact(features.len()))?;
     let segments = vec![Segment::recorded(&trajectory, 0); ROLLOUTS];

@@ -8,11 +8,11 @@ use hysteron_workflow::shared::outcome::Printed;
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     #[command(subcommand)]
-    what: What,
+    what: FitCommand,
 }
 
 #[derive(Debug, clap::Subcommand)]
-enum What {
+enum FitCommand {
     #[command(after_help = include_str!("../help/arm-fit-delan.txt"))]
     Delan(delan::Options),
     #[command(after_help = include_str!("../help/arm-fit-neural.txt"))]
@@ -22,7 +22,7 @@ enum What {
 /// Runs the verb.
 pub fn run(arguments: &Arguments, context: &Context) -> anyhow::Result<Printed> {
     match &arguments.what {
-        What::Delan(options) => Printed::new(&delan::run(options, context)?),
-        What::Neural(options) => Printed::new(&neural::run(options, context)?),
+        FitCommand::Delan(options) => Printed::new(&delan::run(options, context)?),
+        FitCommand::Neural(options) => Printed::new(&neural::run(options, context)?),
     }
 }

@@ -8,11 +8,11 @@ use hysteron_workflow::shared::outcome::Printed;
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     #[command(subcommand)]
-    what: What,
+    what: IdentifyCommand,
 }
 
 #[derive(Debug, clap::Subcommand)]
-enum What {
+enum IdentifyCommand {
     #[command(after_help = include_str!("../help/arm-identify-inertia.txt"))]
     Inertia(inertia::Options),
     #[command(after_help = include_str!("../help/arm-identify-friction.txt"))]
@@ -26,9 +26,9 @@ enum What {
 /// Runs the verb.
 pub fn run(arguments: &Arguments, context: &Context) -> anyhow::Result<Printed> {
     match &arguments.what {
-        What::Inertia(options) => Printed::new(&inertia::run(options, context)?),
-        What::Friction(options) => Printed::new(&friction::run(options, context)?),
-        What::Servo(options) => Printed::new(&servo::run(options, context)?),
-        What::Payload(options) => Printed::new(&payload::run(options, context)?),
+        IdentifyCommand::Inertia(options) => Printed::new(&inertia::run(options, context)?),
+        IdentifyCommand::Friction(options) => Printed::new(&friction::run(options, context)?),
+        IdentifyCommand::Servo(options) => Printed::new(&servo::run(options, context)?),
+        IdentifyCommand::Payload(options) => Printed::new(&payload::run(options, context)?),
     }
 }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, bail};
 use hysteron_base::{BadInput, file};
 use hysteron_workflow::shared::outputs;
-use hysteron_workflow::study::{OnRefusal, Stage, Stamp, Standing, Step, make_room};
+use hysteron_workflow::study::{OnRefusal, Stage, StageStatus, Stamp, Step, clear_outputs};
 
 use crate::failure::CommandFailed;
 use crate::interrupt;
@@ -71,13 +71,13 @@ impl<'a> Runner<'a> {
             let stamp = Stamp::begun(stage)?;
             let earlier = Stamp::read(self.out, stage);
             let standing = stamp.standing(earlier.as_ref(), self.out, stage)?;
-            if standing == Standing::Done {
+            if standing == StageStatus::Done {
                 print(format_args!("{of}: unchanged"));
                 continue;
             }
             print(format_args!("{of}: {}{}", stage.about, why(&standing)));
             print(format_args!("      about {} left", duration(self.left(&stages[k..]))));
-            make_room(self.out, stage, &standing, earlier.as_ref())?;
+            clear_outputs(self.out, stage, &standing, earlier.as_ref())?;
             stamp.write(self.out, stage)?;
             let stamp = self.run_stage(stage, stamp).with_context(|| of.clone())?;
             print(format_args!("      done in {}", duration(stamp.seconds)));
@@ -194,12 +194,12 @@ fn ask_to_stop(child: &mut Child) -> anyhow::Result<()> {
 }
 
 /// Why a stage is done that was done before.
-fn why(standing: &Standing) -> String {
+fn why(standing: &StageStatus) -> String {
     match standing {
-        Standing::Done | Standing::New => String::new(),
-        Standing::Begun => " (goes on)".to_owned(),
-        Standing::Damaged(files) => format!(" (again: {} is gone or was changed)", files.join(", ")),
-        Standing::Outdated(what) => format!(" (again: {what} changed)"),
+        StageStatus::Done | StageStatus::New => String::new(),
+        StageStatus::Begun => " (goes on)".to_owned(),
+        StageStatus::Damaged(files) => format!(" (again: {} is gone or was changed)", files.join(", ")),
+        StageStatus::Outdated(what) => format!(" (again: {what} changed)"),
     }
 }
 

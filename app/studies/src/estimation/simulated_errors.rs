@@ -13,7 +13,7 @@ use super::plant::Path;
 use hysteron_arm_dynamics::spatial::Inertia;
 use hysteron_arm_dynamics::{Data, Model, inverse_dynamics, mass_matrix};
 use hysteron_arm_estimation::observer::{
-    DisturbanceObserver, Dynamics, FrictionModel, InverseDynamics, ObserverGain, RigidBody, estimate,
+    DisturbanceObserver, Dynamics, FilteredInverseDynamics, FrictionModel, ObserverGain, RigidBody, estimate,
 };
 
 /// Dynamics with a constant added to every element of M, C and g.
@@ -161,7 +161,7 @@ impl Scenario<'_> {
         }
         let periods = vec![self.period; self.n_samples()];
         let body = || RigidBody::new(self.model);
-        let mut inverse = InverseDynamics::new(body(), FrictionModel::none(n), smoothing);
+        let mut inverse = FilteredInverseDynamics::new(body(), FrictionModel::none(n), smoothing);
         let mut observer = DisturbanceObserver::new(body(), FrictionModel::none(n), gain);
         let rows = [&q[..], &speeds, &tau];
         let both = [estimate(&mut inverse, &periods, rows), estimate(&mut observer, &periods, rows)];

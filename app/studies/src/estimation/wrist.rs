@@ -20,8 +20,8 @@ use super::simulated_errors::{Comparison, Scenario, by_mass};
 use hysteron_arm_dynamics::{Data, ExternalForce, Model, inverse_dynamics, mass_matrix};
 use hysteron_arm_estimation::identify::{BodyOptions, JointMotion, Smoothing, identify_bodies};
 use hysteron_arm_estimation::observer::{
-    Balance, DisturbanceObserver, InverseDynamics, KalmanNoise, KalmanObserver, MomentumObserver, Observer,
-    ObserverGain, RigidBody, SlidingModeObserver, Terms, estimate,
+    DisturbanceObserver, FilteredInverseDynamics, KalmanNoise, KalmanObserver, MomentumObserver, Observer,
+    ObserverGain, RigidBody, SlidingModeObserver, StaticResidual, Terms, estimate,
 };
 
 /// Time between samples [s].
@@ -281,12 +281,12 @@ fn observers(known: &KnownArm, load: Load) -> Result<Vec<Box<dyn Observer + '_>>
         KalmanNoise { momentum: 2e-5, torque: 5e-4, contact: 0.5 },
     ];
     Ok(vec![
-        Box::new(Balance::new(body(), friction(), Terms::Torque)),
-        Box::new(Balance::new(body(), friction(), Terms::Gravity)),
-        Box::new(Balance::new(body(), friction(), Terms::GravityAndFriction)),
-        Box::new(InverseDynamics::new(body(), friction(), smoothing()?)),
+        Box::new(StaticResidual::new(body(), friction(), Terms::Torque)),
+        Box::new(StaticResidual::new(body(), friction(), Terms::Gravity)),
+        Box::new(StaticResidual::new(body(), friction(), Terms::GravityAndFriction)),
+        Box::new(FilteredInverseDynamics::new(body(), friction(), smoothing()?)),
         Box::new(DisturbanceObserver::new(body(), friction(), &gain(&known.model, &|t| tracking(load, t))?)),
-        Box::new(InverseDynamics::new(body(), friction(), smoothing()?).at_bandwidth(&gains)),
+        Box::new(FilteredInverseDynamics::new(body(), friction(), smoothing()?).at_bandwidth(&gains)),
         Box::new(MomentumObserver::new(body(), friction(), &gains)),
         Box::new(KalmanObserver::new(body(), friction(), &noise)),
         Box::new(SlidingModeObserver::new(body(), friction(), &[3.0, 2.0])),

@@ -8,7 +8,7 @@ mod methods;
 mod run;
 mod score;
 
-pub use hysteron_arm_estimation::servo_force::Telemetry;
+pub use hysteron_arm_estimation::servo_force::ServoForceTelemetry;
 pub use methods::{METHODS, PUBLISHED, TASKS};
 pub use run::{ForceCell, ForceStudy, force_study};
 pub use score::{FalseContacts, FreeRow, LoadedRow, Trace};
@@ -17,9 +17,9 @@ pub use score::{FalseContacts, FreeRow, LoadedRow, Trace};
 #[derive(Debug, Clone, Default)]
 pub struct ForceData {
     /// Contact-free, to identify with.
-    pub training: Vec<Telemetry>,
+    pub training: Vec<ServoForceTelemetry>,
     /// Contact-free, to count false contacts on; with their tasks.
-    pub free: Vec<(String, Telemetry)>,
+    pub free: Vec<(String, ServoForceTelemetry)>,
     /// With objects; with their tasks.
-    pub loaded: Vec<(String, Telemetry)>,
+    pub loaded: Vec<(String, ServoForceTelemetry)>,
 }

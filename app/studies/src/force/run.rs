@@ -80,13 +80,13 @@ fn force_cell(seed: u64, data: &ForceData) -> Result<ForceCell> {
         free: Vec::new(),
         traces: traces(data),
         samples: [
-            data.training.iter().map(super::Telemetry::n_samples).sum(),
+            data.training.iter().map(super::ServoForceTelemetry::n_samples).sum(),
             data.loaded.iter().map(|(_, one)| one.n_samples()).sum(),
             data.free.iter().map(|(_, one)| one.n_samples()).sum(),
         ],
     };
     for (kind, method) in methods.iter().enumerate() {
-        let forces = |one: &super::Telemetry| match method {
+        let forces = |one: &super::ServoForceTelemetry| match method {
             Some(method) => method.forces(one),
             None => Ok(vec![[0.0; 3]; one.n_samples()]),
         };

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Telemetry;
+use super::ServoForceTelemetry;
 
 /// Errors of one method on the trajectories of a task [N].
 #[derive(Debug, Clone, Serialize, Deserialize, PartialEq)]
@@ -70,7 +70,7 @@ pub(super) struct Errors {
 }
 
 impl Errors {
-    pub fn add(&mut self, trajectory: &Telemetry, forces: &[[f64; 3]]) {
+    pub fn add(&mut self, trajectory: &ServoForceTelemetry, forces: &[[f64; 3]]) {
         for ((label, is_labelled), force) in trajectory.force.iter().zip(&trajectory.is_labelled).zip(forces)
         {
             let error = [0, 1, 2].map(|axis| force[axis] - label[axis]);

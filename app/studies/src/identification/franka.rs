@@ -15,7 +15,7 @@ use hysteron_base::{BadInput, Metadata, Recording, Table};
 use hysteron_learn::Result;
 use serde::{Deserialize, Serialize};
 
-use hysteron_arm_estimation::{ColumnMap, ImportOptions, Quantity, Recorded, import};
+use hysteron_arm_estimation::{ArmRecording, ColumnMap, ImportOptions, JointQuantityKind, import};
 
 /// The recordings.
 pub const SPEEDS: [&str; 3] = ["slow", "middle", "high"];
@@ -94,12 +94,12 @@ pub fn franka_cell(folder: &Path) -> Result<FrankaCell> {
         let predict = |test: usize| -> std::result::Result<Vec<f64>, BadInput> {
             let (mut velocity, mut torque) = (Vec::new(), Vec::new());
             for run in others(&runs, test) {
-                velocity.extend(run.series(Quantity::Velocity)?.iter().step_by(STRIDE));
-                torque.extend(run.series(Quantity::Torque)?.iter().step_by(STRIDE));
+                velocity.extend(run.series(JointQuantityKind::Velocity)?.iter().step_by(STRIDE));
+                torque.extend(run.series(JointQuantityKind::Torque)?.iter().step_by(STRIDE));
             }
             let found = identify_friction(&law, &velocity, &torque, None)?;
             let at = |v: &f64| law.torque(&found.parameters, &Sliding::at(*v)) + found.offset;
-            Ok(runs[test].series(Quantity::Velocity)?.iter().map(at).collect())
+            Ok(runs[test].series(JointQuantityKind::Velocity)?.iter().map(at).collect())
         };
         rows.push(fitted(name, &runs, predict)?.0);
     }
@@ -110,7 +110,8 @@ pub fn franka_cell(folder: &Path) -> Result<FrankaCell> {
         let parts = training
             .iter()
             .map(|run| {
-                let (position, torque) = (run.series(Quantity::Position)?, run.series(Quantity::Torque)?);
+                let (position, torque) =
+                    (run.series(JointQuantityKind::Position)?, run.series(JointQuantityKind::Torque)?);
                 Ok(FrictionRun { period: 1.0 / RATE, position, torque })
             })
             .collect::<std::result::Result<Vec<_>, BadInput>>()?;
@@ -121,14 +122,14 @@ pub fn franka_cell(folder: &Path) -> Result<FrankaCell> {
             offset += (mean(part.torque) - mean(&own)) / parts.len() as f64;
         }
         ridge[test] = map.ridge;
-        let torque = map.torque(runs[test].series(Quantity::Position)?, 1.0 / RATE)?;
+        let torque = map.torque(runs[test].series(JointQuantityKind::Position)?, 1.0 / RATE)?;
         Ok(torque.into_iter().map(|torque| torque + offset).collect())
     };
     let (row, predicted) = fitted("dahl-map", &runs, predict)?;
     rows.push(row);
     let mut figure = [const { [const { Vec::new() }; 3] }; 3];
     for (test, (run, predicted)) in runs.iter().zip(&predicted).enumerate() {
-        let (time, measured) = (run.recording.time(), run.series(Quantity::Torque)?);
+        let (time, measured) = (run.recording.time(), run.series(JointQuantityKind::Torque)?);
         let shift = tare(time, measured, predicted);
         for k in (0..time.len()).step_by(DECIMATION) {
             for (curve, value) in figure.iter_mut().zip([time[k], measured[k], predicted[k] + shift]) {
@@ -141,8 +142,8 @@ pub fn franka_cell(folder: &Path) -> Result<FrankaCell> {
 }
 
 impl Run {
-    fn series(&self, quantity: Quantity) -> std::result::Result<&[f64], BadInput> {
-        Ok(Recorded::of(&self.recording)?.require(quantity)?[0])
+    fn series(&self, quantity: JointQuantityKind) -> std::result::Result<&[f64], BadInput> {
+        Ok(ArmRecording::of(&self.recording)?.require(quantity)?[0])
     }
 }
 
@@ -180,7 +181,7 @@ fn fitted(
     let (mut all, mut tared, mut predictions) = ([None; 3], [0.0; 3], Vec::new());
     for (test, run) in runs.iter().enumerate() {
         let predicted = predict(test)?;
-        let (time, measured) = (run.recording.time(), run.series(Quantity::Torque)?);
+        let (time, measured) = (run.recording.time(), run.series(JointQuantityKind::Torque)?);
         let gap = run.recording.gap();
         // Rows that were filled in are no measurements.
         let rms = |from: f64, shift: f64| {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Sample, Split};
 use hysteron_arm_learning::neural::{
-    ActuatorOptions, LossWeights, Motors, NeuralOptions, Prior, SensingOptions,
+    ActuatorOptions, LossWeights, MotorModelKind, Motors, NeuralOptions, SensingOptions,
 };
 
 /// How much is trained.
@@ -41,7 +41,7 @@ pub struct NetworkKind {
     /// Context length [samples].
     pub tokens: usize,
     /// Motor model in addition to the network.
-    pub prior: Prior,
+    pub prior: MotorModelKind,
 }
 
 /// Networks of the ablation, of one size; the first is that of all other cells.
@@ -52,7 +52,7 @@ pub const NETWORKS: [NetworkKind; 7] = [
         block: BlockKind::GatedPreNorm,
         form: TemporalForm::Streaming,
         tokens: ActuatorOptions::TOKENS,
-        prior: Prior::Servo,
+        prior: MotorModelKind::Servo,
     },
     NetworkKind {
         name: "servo + published Transformer",
@@ -60,7 +60,7 @@ pub const NETWORKS: [NetworkKind; 7] = [
         block: BlockKind::GatedPreNorm,
         form: TemporalForm::Window,
         tokens: ActuatorOptions::TOKENS,
-        prior: Prior::Servo,
+        prior: MotorModelKind::Servo,
     },
     NetworkKind {
         name: "servo + residual perceptron of one sample",
@@ -68,7 +68,7 @@ pub const NETWORKS: [NetworkKind; 7] = [
         block: BlockKind::GatedPreNorm,
         form: TemporalForm::Streaming,
         tokens: 1,
-        prior: Prior::Servo,
+        prior: MotorModelKind::Servo,
     },
     NetworkKind {
         name: "servo + GRU",
@@ -76,7 +76,7 @@ pub const NETWORKS: [NetworkKind; 7] = [
         block: BlockKind::Gru,
         form: TemporalForm::Streaming,
         tokens: ActuatorOptions::TOKENS,
-        prior: Prior::Servo,
+        prior: MotorModelKind::Servo,
     },
     NetworkKind {
         name: "servo + LSTM",
@@ -84,7 +84,7 @@ pub const NETWORKS: [NetworkKind; 7] = [
         block: BlockKind::Lstm,
         form: TemporalForm::Streaming,
         tokens: ActuatorOptions::TOKENS,
-        prior: Prior::Servo,
+        prior: MotorModelKind::Servo,
     },
     NetworkKind {
         name: "streaming Transformer alone",
@@ -92,7 +92,7 @@ pub const NETWORKS: [NetworkKind; 7] = [
         block: BlockKind::GatedPreNorm,
         form: TemporalForm::Streaming,
         tokens: ActuatorOptions::TOKENS,
-        prior: Prior::None,
+        prior: MotorModelKind::None,
     },
     NetworkKind {
         name: "published Transformer alone",
@@ -100,7 +100,7 @@ pub const NETWORKS: [NetworkKind; 7] = [
         block: BlockKind::GatedPreNorm,
         form: TemporalForm::Window,
         tokens: ActuatorOptions::TOKENS,
-        prior: Prior::None,
+        prior: MotorModelKind::None,
     },
 ];
 
@@ -122,7 +122,7 @@ impl NeuralSize {
     /// The actuator of a cell.
     pub(super) fn actuator(self, kind: &NetworkKind, seed: u64, period: f64) -> ActuatorOptions {
         let (width, layers, updates, sensing, horizons) = self.numbers();
-        let has_servo = kind.prior == Prior::Servo;
+        let has_servo = kind.prior == MotorModelKind::Servo;
         let published = NeuralOptions::published(if has_servo { 0 } else { 2 * updates }, updates);
         let part = updates.div_ceil(horizons.len() as u64);
         let labels = |weight: f64| if has_servo { 0.0 } else { weight };

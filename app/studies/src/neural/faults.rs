@@ -9,7 +9,7 @@ use super::{NeuralData, Sample, Split};
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_estimation::servo_force::observed_arm;
 use hysteron_arm_learning::neural::{
-    ActuatorOptions, ActuatorSession, ConditionSaid, Stage, Trajectory, detectors, fit_sensing,
+    ActuatorOptions, ActuatorSession, ConditionEstimate, TrainingStage, Trajectory, detectors, fit_sensing,
     identified_observers,
 };
 
@@ -41,7 +41,7 @@ pub(super) fn fault_cell(
     let mut session = ActuatorSession {
         recordings: &names,
         files: [file, file],
-        progress: &mut |stage, p| stage != Stage::Sensing || listener(p),
+        progress: &mut |stage, p| stage != TrainingStage::Sensing || listener(p),
     };
     let about_arm = (&arm, &data.features, data.period);
     let found = fit_sensing(about_arm, &observers, [&training, &validation], sensing, &mut session);
@@ -50,8 +50,8 @@ pub(super) fn fault_cell(
         Ok(_) | Err(Error::NothingTrained) => return Ok(None),
         Err(error) => return Err(error),
     };
-    let along = |trajectories: &[Trajectory]| -> Result<Vec<ConditionSaid>> {
-        trajectories.iter().map(|one| Ok(ConditionSaid::of(&sensing.along(&arm, about, one)?))).collect()
+    let along = |trajectories: &[Trajectory]| -> Result<Vec<ConditionEstimate>> {
+        trajectories.iter().map(|one| Ok(ConditionEstimate::of(&sensing.along(&arm, about, one)?))).collect()
     };
     let known: Vec<Trajectory> = training.iter().filter(|one| one.is_healthy.is_some()).cloned().collect();
     let tests: Vec<&Sample> = data.samples.iter().filter(|one| protocol.uses(one, Split::Test)).collect();
@@ -63,7 +63,7 @@ pub(super) fn fault_cell(
         };
         let chosen: Vec<usize> = (0..tests.len()).filter(|k| is(tests[*k])).collect();
         let test: Vec<Trajectory> = chosen.iter().map(|k| asked[*k].clone()).collect();
-        let own: Vec<ConditionSaid> = chosen.iter().map(|k| said[1][*k].clone()).collect();
+        let own: Vec<ConditionEstimate> = chosen.iter().map(|k| said[1][*k].clone()).collect();
         Ok(json!(detectors((&arm, &data.features), [&known, &test], [&said[0], &own])?))
     };
     let mut by_kind = Map::new();

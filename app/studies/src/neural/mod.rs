@@ -16,7 +16,7 @@ pub use cells::{FAULTS, LEFT_OUT, NETWORKS, NetworkKind, NeuralScope, NeuralSize
 pub use faults::{FAULT_SPLITS, KINDS};
 pub use run::{NeuralStudy, neural_study};
 
-use hysteron_arm_learning::neural::{Features, Trajectory};
+use hysteron_arm_learning::neural::{FeatureLayout, Trajectory};
 
 /// Split of a data set that a recording belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,7 +44,7 @@ pub struct Sample {
 #[derive(Debug, Clone)]
 pub struct NeuralData {
     /// Features of a sample.
-    pub features: Features,
+    pub features: FeatureLayout,
     /// Time from sample to sample [s].
     pub period: f64,
     /// All trajectories.

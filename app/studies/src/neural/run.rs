@@ -16,9 +16,11 @@ use super::{NeuralData, Split};
 use crate::side_by_side::{at_once, side_by_side};
 use crate::{Listener, cell, make_folder};
 use hysteron_arm_dynamics::Model;
-use hysteron_arm_learning::neural::{ActuatorOptions, ActuatorSession, Comparison, Trajectory, fit_actuator};
+use hysteron_arm_learning::neural::{
+    ActuatorOptions, ActuatorSession, BaselineComparison, Trajectory, fit_actuator,
+};
 
-/// The study: every cell is a comparison as `Comparison::summary` has it.
+/// The study: every cell is a comparison as `BaselineComparison::summary` has it.
 #[derive(Debug, Clone, Serialize)]
 pub struct NeuralStudy {
     /// The first network of [`NETWORKS`] on the published split, seed by seed.
@@ -172,7 +174,7 @@ fn compared(
     for one in data.samples.iter().filter(|one| plan.protocol.uses(one, Split::Test)) {
         tasks.entry(&one.task).or_default().push(one.trajectory.clone());
     }
-    let mut comparison = Comparison::new(&actuator, model)?;
+    let mut comparison = BaselineComparison::new(&actuator, model)?;
     let n_tasks = tasks.len();
     for (k, (task, trajectories)) in tasks.into_iter().enumerate() {
         // A comparison is long: who ends the study does not wait for it. The networks stand in their files.

@@ -13,11 +13,11 @@ use super::{NeuralData, NeuralStudy, Sample, Split};
 use crate::StudyProgress;
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_learning::neural::{
-    ActuatorOptions, EVIDENCE, Features, SensingOptions, Trajectory, Unlabelled, trajectory_of,
+    ActuatorOptions, EVIDENCE, FeatureLayout, SensingOptions, Trajectory, Unlabelled, trajectory_of,
 };
 
-fn features() -> Features {
-    Features { joints: JOINTS, gripper: None }
+fn features() -> FeatureLayout {
+    FeatureLayout { joints: JOINTS, gripper: None }
 }
 
 fn trajectory(seed: u64, case: Case) -> Trajectory {

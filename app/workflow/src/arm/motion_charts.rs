@@ -1,7 +1,7 @@
 //! Charts of the motion of an arm: its joints over time, and the arm at several times.
 
 use hysteron_arm_dynamics::{Data, JointKind, Model, skeleton};
-use hysteron_arm_estimation::{Quantity, channel_name, joint_rows};
+use hysteron_arm_estimation::{JointQuantityKind, channel_name, joint_rows};
 use hysteron_base::Recording;
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::stick_figure::StickFigure;
@@ -13,7 +13,7 @@ const POSES: usize = 7;
 pub(super) fn joints_over_time(
     model: &Model,
     motion: &Recording,
-    quantities: &[Quantity],
+    quantities: &[JointQuantityKind],
     caption: &str,
 ) -> anyhow::Result<TimeChart> {
     let mut panels = Vec::new();
@@ -33,10 +33,10 @@ pub(super) fn joints_over_time(
 }
 
 /// Symbol of a quantity with its unit.
-fn label(quantity: Quantity, unit: &str) -> String {
+fn label(quantity: JointQuantityKind, unit: &str) -> String {
     match quantity {
-        Quantity::Velocity => format!("q' [{unit}/s]"),
-        Quantity::Acceleration => format!("q'' [{unit}/s²]"),
+        JointQuantityKind::Velocity => format!("q' [{unit}/s]"),
+        JointQuantityKind::Acceleration => format!("q'' [{unit}/s²]"),
         _ => format!("q [{unit}]"),
     }
 }
@@ -44,7 +44,7 @@ fn label(quantity: Quantity, unit: &str) -> String {
 /// The arm as lines between its joints, at several times.
 pub(super) fn arm_at_several_times(model: &Model, motion: &Recording) -> anyhow::Result<StickFigure> {
     let (n, time) = (model.n_joints(), motion.time());
-    let rows = joint_rows(model, motion, Quantity::Position)?.unwrap_or_default();
+    let rows = joint_rows(model, motion, JointQuantityKind::Position)?.unwrap_or_default();
     let mut data = Data::new(model, 0.0);
     let last = time.len() - 1;
     let mut at: Vec<usize> = (0..POSES).map(|k| k * last / (POSES - 1)).collect();

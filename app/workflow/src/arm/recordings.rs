@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_arm_dynamics::Model;
-use hysteron_arm_learning::neural::{Features, Trajectory, Unlabelled, trajectory_of};
+use hysteron_arm_learning::neural::{FeatureLayout, Trajectory, Unlabelled, trajectory_of};
 use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Metadata, Recording};
 
@@ -138,7 +138,7 @@ pub(crate) fn checked(named: &[Named], model: &Model, purpose: Purpose) -> anyho
 pub(crate) fn trajectories(
     named: &[Named],
     role: Role,
-    (features, period, free): (&Features, f64, &[String]),
+    (features, period, free): (&FeatureLayout, f64, &[String]),
 ) -> anyhow::Result<Vec<Trajectory>> {
     let one = |one: &Named| -> anyhow::Result<Trajectory> {
         let path = one.path.display().to_string();

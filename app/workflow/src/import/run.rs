@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_arm_estimation::{ArmKnown, BadRows, CURRENTS_BY, ColumnMap, Recorded, UnitCheck, with_arm};
+use hysteron_arm_estimation::{
+    ArmProperties, ArmRecording, BadRows, CURRENTS_BY, ColumnMap, UnitCheck, with_arm,
+};
 use hysteron_base::import::{self, Assembled, Request};
 use hysteron_base::{BadInput, Recording, RowFilter, file};
 
@@ -31,7 +33,7 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let known_model = options.model.as_deref().map(robot).transpose()?;
     let known_drive = options.drive.as_deref().map(drive).transpose()?;
     let columns = options.map.as_deref().map(ColumnMap::named).transpose()?;
-    let known = ArmKnown {
+    let known = ArmProperties {
         model: known_model.as_ref(),
         unit_check: if options.accept_units { UnitCheck::Accept } else { UnitCheck::Refuse },
         drive: known_drive.as_ref(),
@@ -65,7 +67,11 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
 }
 
 /// The recordings of an arm with what is known of it; those of a tendon robot as they are. And the number of joints.
-fn checked(read: Vec<Assembled>, known: &ArmKnown, source: &Path) -> anyhow::Result<(Vec<Assembled>, usize)> {
+fn checked(
+    read: Vec<Assembled>,
+    known: &ArmProperties,
+    source: &Path,
+) -> anyhow::Result<(Vec<Assembled>, usize)> {
     let mut joints = 0;
     let mut imported = Vec::with_capacity(read.len());
     for one in read {
@@ -80,7 +86,7 @@ fn checked(read: Vec<Assembled>, known: &ArmKnown, source: &Path) -> anyhow::Res
             continue;
         }
         let recording = with_arm(one.recording, known).map_err(|bad| bad.within(source.display()))?;
-        joints = Recorded::of(&recording)?.joints.len();
+        joints = ArmRecording::of(&recording)?.joints.len();
         imported.push(Assembled { recording, ..one });
     }
     Ok((imported, joints))

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Context;
-use crate::shared::outputs::{Claim, Outputs};
+use crate::shared::outputs::{OutputLock, Outputs};
 use crate::shared::verdict::{Judged, Kind};
 
 /// Where results go.
@@ -27,7 +27,7 @@ pub struct Results {
 }
 
 impl Results {
-    pub(crate) fn claim(&self, outputs: Outputs, context: &Context) -> anyhow::Result<Claim> {
+    pub(crate) fn claim(&self, outputs: Outputs, context: &Context) -> anyhow::Result<OutputLock> {
         outputs.file("--out", &self.out).report("--figures", self.figures.as_deref()).check(context)
     }
 

@@ -40,7 +40,7 @@ pub struct Outputs {
 /// Keeps other processes from writing the same files, for as long as it lives.
 #[must_use]
 #[derive(Debug)]
-pub struct Claim {
+pub struct OutputLock {
     _locks: Vec<Lock>,
 }
 
@@ -112,7 +112,7 @@ impl Outputs {
     ///
     /// # Errors
     /// `BadInput` naming the option, the file and why; one also where another process is writing there.
-    pub fn check(self, context: &Context) -> anyhow::Result<Claim> {
+    pub fn check(self, context: &Context) -> anyhow::Result<OutputLock> {
         for (option, path, endings) in &self.endings {
             let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
             if !endings.contains(&ending) {
@@ -145,7 +145,7 @@ impl Outputs {
     }
 
     /// Locks the folders, and the files that are in none of them.
-    fn claim(&self) -> Result<Claim, hysteron_base::Error> {
+    fn claim(&self) -> Result<OutputLock, hysteron_base::Error> {
         let folders = self.folders.iter().map(|(_, folder)| Lock::folder(folder));
         let is_in_folder = |path: &Path| self.folders.iter().any(|(_, folder)| path.starts_with(folder));
         let files =
@@ -153,7 +153,7 @@ impl Outputs {
         let mut locks = folders.chain(files).collect::<Result<Vec<_>, _>>()?;
         // The first one in a new folder takes it away again if nothing was written, after all others there.
         locks.reverse();
-        Ok(Claim { _locks: locks })
+        Ok(OutputLock { _locks: locks })
     }
 
     fn check_no_input(&self, option: &str, path: &Path) -> Result<(), BadInput> {

@@ -107,13 +107,13 @@ impl Drop for Watchdog {
 
 /// A rig, or two arms, on their ports with a watchdog process beside them. Dropped, by an error or a panic, the ports are closed
 /// first, and then the watchdog process switches the torque off.
-pub struct Watched<R> {
+pub struct WatchdogGuard<R> {
     // In this order: the watchdog process needs the port.
     rig: R,
     watchdog: Watchdog,
 }
 
-impl<R> Watched<R> {
+impl<R> WatchdogGuard<R> {
     /// Puts a watchdog process on duty beside what `file` describes and is ready, before anything moves.
     pub fn new(rig: R, file: &Path, context: &Context) -> anyhow::Result<Self> {
         Ok(Self { rig, watchdog: Watchdog::start(file, context)? })
@@ -127,7 +127,7 @@ impl<R> Watched<R> {
     }
 }
 
-impl<R> Deref for Watched<R> {
+impl<R> Deref for WatchdogGuard<R> {
     type Target = R;
 
     fn deref(&self) -> &R {
@@ -135,7 +135,7 @@ impl<R> Deref for Watched<R> {
     }
 }
 
-impl<R> DerefMut for Watched<R> {
+impl<R> DerefMut for WatchdogGuard<R> {
     fn deref_mut(&mut self) -> &mut R {
         &mut self.rig
     }

@@ -24,7 +24,7 @@ pub use definition::{PlanChoice, Rig, SceneChoice, Study, Target, Track};
 pub use method::Method;
 pub use stage::{OnRefusal, Stage, Step};
 pub use stages::{DATA, PREDICTED, STROKES, folder, repeat};
-pub use stamp::{Stamp, Standing, make_room};
+pub use stamp::{StageStatus, Stamp, clear_outputs};
 
 /// Carry out a study: record, calibrate, identify, learn, track, evaluate; ends in one report
 #[derive(Debug, Clone)]

@@ -39,7 +39,7 @@ pub struct Stamp {
 
 /// How a stage stands.
 #[derive(Debug, PartialEq)]
-pub enum Standing {
+pub enum StageStatus {
     /// Finished, from what is there now.
     Done,
     /// Never begun.
@@ -104,16 +104,16 @@ impl Stamp {
     }
 
     /// How a stage stands whose stamp would be `self` now, and was `earlier`.
-    pub fn standing(&self, earlier: Option<&Self>, out: &Path, stage: &Stage) -> anyhow::Result<Standing> {
-        let Some(earlier) = earlier else { return Ok(Standing::New) };
+    pub fn standing(&self, earlier: Option<&Self>, out: &Path, stage: &Stage) -> anyhow::Result<StageStatus> {
+        let Some(earlier) = earlier else { return Ok(StageStatus::New) };
         if let Some(what) = self.difference(earlier, stage.outdated) {
-            return Ok(Standing::Outdated(what));
+            return Ok(StageStatus::Outdated(what));
         }
-        let Some(outputs) = &earlier.outputs else { return Ok(Standing::Begun) };
+        let Some(outputs) = &earlier.outputs else { return Ok(StageStatus::Begun) };
         let found = hashes(&out.join(&stage.folder))?;
         let is_changed = |(name, hash): &(&String, &String)| found.get(*name) != Some(*hash);
         let changed: Vec<String> = outputs.iter().filter(is_changed).map(|(name, _)| name.clone()).collect();
-        Ok(if changed.is_empty() { Standing::Done } else { Standing::Damaged(changed) })
+        Ok(if changed.is_empty() { StageStatus::Done } else { StageStatus::Damaged(changed) })
     }
 
     /// Change in the inputs of a stage since the earlier stamp. A newer program does not spoil what was
@@ -134,19 +134,19 @@ impl Stamp {
 ///
 /// # Errors
 /// `BadInput` where files are in the way that the study did not make.
-pub fn make_room(
+pub fn clear_outputs(
     out: &Path,
     stage: &Stage,
-    standing: &Standing,
+    standing: &StageStatus,
     earlier: Option<&Stamp>,
 ) -> anyhow::Result<()> {
     let folder = out.join(&stage.folder);
     remove_unfinished(&folder)?;
     let goes_on = stage.restart == Restart::GoesOn;
     match standing {
-        Standing::Done => return Ok(()),
-        Standing::Begun if goes_on => return Ok(()),
-        Standing::Damaged(names) if goes_on => {
+        StageStatus::Done => return Ok(()),
+        StageStatus::Begun if goes_on => return Ok(()),
+        StageStatus::Damaged(names) if goes_on => {
             for name in names.iter().filter(|name| folder.join(name).exists()) {
                 match stage.outdated {
                     Outdated::Remove => remove(&folder, name)?,

@@ -12,7 +12,7 @@ use crate::Context;
 use crate::rig::record::{self, source::Source};
 use crate::shared::health::{self, Baseline, Health};
 use crate::shared::outcome;
-use crate::tendon::command::{Given, Way};
+use crate::tendon::command::{LimitOverrides, Way};
 use crate::tendon::evaluate::{self, Commanded};
 
 /// More than anybody measures in a day.
@@ -92,7 +92,7 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let n_tendons = rig.rig().tendons.len();
     let baseline = options.baseline.as_deref().map(|path| Baseline::read(path, n_tendons)).transpose()?;
     let limits = &rig.rig().limits;
-    let given = Given {
+    let given = LimitOverrides {
         stroke: [Some(limits.stroke_min), Some(limits.stroke_max)],
         rate: Some(limits.stroke_rate_max),
     };

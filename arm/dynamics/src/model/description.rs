@@ -26,7 +26,7 @@ pub struct Mimic {
 
 /// Limits and resistances of a joint's motion. Zero where the file says nothing.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Drive {
+pub struct JointLimits {
     /// Least and greatest coordinate [rad] or [m]; `None` for a joint that turns for ever.
     pub range: Option<[f64; 2]>,
     /// Greatest speed [rad/s] or [m/s].
@@ -66,7 +66,7 @@ pub(super) struct JointDescription {
     pub origin: Pose<f64>,
     /// Unit vector in the axes of `origin`.
     pub axis: Vec3<f64>,
-    pub drive: Drive,
+    pub drive: JointLimits,
     pub mimic: Option<Mimic>,
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use hysteron_base::BadInput;
 
 use super::build::{check_second, principal};
-use super::{Drive, Joint, JointKind, Model};
+use super::{Joint, JointKind, JointLimits, Model};
 use crate::spatial::{Inertia, Pose, Sym3, Vec3};
 
 impl Model {
@@ -114,7 +114,7 @@ impl Model {
     #[must_use]
     pub fn with_bodies_and_drives(
         &self,
-        mut change: impl FnMut(usize, &mut Inertia<f64>, &mut Drive),
+        mut change: impl FnMut(usize, &mut Inertia<f64>, &mut JointLimits),
     ) -> Self {
         let mut model = self.clone();
         for (k, joint) in model.joints.iter_mut().enumerate() {

@@ -20,7 +20,7 @@ use std::path::Path;
 
 use hysteron_base::{BadInput, Result, file};
 
-pub use description::{Drive, FreeJoint, JointKind};
+pub use description::{FreeJoint, JointKind, JointLimits};
 
 use crate::spatial::{Inertia, Pose, Vec3, add_scaled3, add3, mul3};
 
@@ -98,7 +98,7 @@ pub struct Joint {
     /// Of the body, in the joint's frame, which moves with it.
     pub inertia: Inertia<f64>,
     /// Limits, friction, rotor.
-    pub drive: Drive,
+    pub drive: JointLimits,
     /// The joint that this one follows.
     pub follows: Option<Follower>,
     /// Weightless part of the body.

@@ -32,7 +32,7 @@ const PARAMETERS: [&str; 13] = [
 ];
 
 /// A body as a file describes it: its own frame, in the frame of its joint.
-struct Body<'m> {
+struct WrittenBody<'m> {
     name: &'m str,
     pose: Pose<f64>,
     inertia: Inertia<f64>,
@@ -42,7 +42,7 @@ struct Body<'m> {
 
 /// Which frame of a joint is its body's.
 #[derive(Clone, Copy, PartialEq)]
-enum Origin {
+enum BodyOrigin {
     /// The first one at the joint's origin.
     AtJoint,
     /// The first one that is no pivot.
@@ -56,11 +56,11 @@ impl Model {
     /// `BadInput` for a joint that slides without end, which URDF cannot say.
     pub fn to_urdf(&self) -> Result<String, BadInput> {
         let mut out = format!("<robot name=\"{}\">\n", escaped(&self.name));
-        let base = self.body(None, Origin::AtJoint);
+        let base = self.body(None, BodyOrigin::AtJoint);
         write_link(&mut out, &base);
-        let mut bodies: Vec<Body> = Vec::new();
+        let mut bodies: Vec<WrittenBody> = Vec::new();
         for (k, joint) in self.joints.iter().enumerate() {
-            let body = self.body(Some(k), Origin::AtJoint);
+            let body = self.body(Some(k), BodyOrigin::AtJoint);
             write_link(&mut out, &body);
             let parent = joint.parent.map_or(&base, |parent| &bodies[parent]);
             self.write_urdf_joint(&mut out, joint, parent, &body)?;
@@ -74,8 +74,8 @@ impl Model {
         &self,
         out: &mut String,
         joint: &Joint,
-        parent: &Body,
-        body: &Body,
+        parent: &WrittenBody,
+        body: &WrittenBody,
     ) -> Result<(), BadInput> {
         let kind = match (joint.kind, joint.drive.range) {
             (JointKind::Revolute, Some(_)) => "revolute",
@@ -133,7 +133,7 @@ impl Model {
             "<mujoco model=\"{}\">\n  <compiler angle=\"radian\"/>\n  <option gravity=\"{x} {y} {z}\"/>\n  <worldbody>\n",
             escaped(&self.name)
         );
-        let base = self.body(None, Origin::Anywhere);
+        let base = self.body(None, BodyOrigin::Anywhere);
         let is_world = self.frames.iter().all(|frame| frame.joint.is_some() || frame.name == WORLD);
         if is_world && base.inertia.mass == 0.0 {
             self.write_children(&mut out, None, &base, 2);
@@ -160,7 +160,14 @@ impl Model {
         )
     }
 
-    fn write_body(&self, out: &mut String, joint: Option<usize>, body: &Body, at: &Pose<f64>, depth: usize) {
+    fn write_body(
+        &self,
+        out: &mut String,
+        joint: Option<usize>,
+        body: &WrittenBody,
+        at: &Pose<f64>,
+        depth: usize,
+    ) {
         let indent = "  ".repeat(depth);
         let carried = joint.and_then(|joint| self.joints[joint].compensation()).filter(|part| *part != 0.0);
         let carried = carried.map_or_else(String::new, |part| format!(" gravcomp=\"{part}\""));
@@ -188,9 +195,9 @@ impl Model {
         let _ = writeln!(out, "{indent}</body>");
     }
 
-    fn write_children(&self, out: &mut String, parent: Option<usize>, body: &Body, depth: usize) {
+    fn write_children(&self, out: &mut String, parent: Option<usize>, body: &WrittenBody, depth: usize) {
         for (k, joint) in self.joints.iter().enumerate().filter(|(_, joint)| joint.parent == parent) {
-            let child = self.body(Some(k), Origin::Anywhere);
+            let child = self.body(Some(k), BodyOrigin::Anywhere);
             let at = inverse(&body.pose).times(&joint.placement).times(&child.pose);
             self.write_body(out, Some(k), &child, &at, depth);
         }
@@ -273,22 +280,22 @@ impl Model {
     }
 
     /// The body of a joint, or the base.
-    fn body(&self, joint: Option<usize>, origin: Origin) -> Body<'_> {
+    fn body(&self, joint: Option<usize>, origin: BodyOrigin) -> WrittenBody<'_> {
         let is_said = |frame: &&Frame| match origin {
-            Origin::AtJoint => true,
+            BodyOrigin::AtJoint => true,
             // MJCF has a world of its own.
-            Origin::Anywhere => !(frame.name.ends_with(PIVOT) || joint.is_none() && frame.name == WORLD),
+            BodyOrigin::Anywhere => !(frame.name.ends_with(PIVOT) || joint.is_none() && frame.name == WORLD),
         };
         let own: Vec<&Frame> =
             self.frames.iter().filter(|frame| frame.joint == joint).filter(is_said).collect();
-        let fits = |frame: &&&Frame| origin == Origin::Anywhere || frame.pose.position == [0.0; 3];
+        let fits = |frame: &&&Frame| origin == BodyOrigin::Anywhere || frame.pose.position == [0.0; 3];
         let main = own.iter().find(fits).copied();
         let fallback = joint.map_or("base", |joint| self.joints[joint].name.as_str());
         let (name, pose) = main.map_or((fallback, Pose::IDENTITY), |frame| (frame.name.as_str(), frame.pose));
         let back = inverse(&pose);
         let whole = joint.map_or(&self.base, |joint| &self.joints[joint].inertia);
         let others = own.iter().filter(|frame| frame.name != name);
-        Body {
+        WrittenBody {
             name,
             pose,
             inertia: whole.placed(&back.rotation, back.position),
@@ -321,7 +328,7 @@ fn mjcf_joint(joint: &Joint, place: &str) -> String {
 }
 
 /// A link, and its frames as links fixed to it.
-fn write_link(out: &mut String, body: &Body) {
+fn write_link(out: &mut String, body: &WrittenBody) {
     let name = escaped(body.name);
     let (centre, [xx, xy, yy, xz, yz, zz]) = (body.inertia.centre(), body.inertia.second_about_centre());
     let _ = writeln!(

@@ -66,7 +66,7 @@ fn steps_and_their_gradients_allocate_nothing() {
     let n = model.n_joints();
     let with_friction = Integrator::WithFriction(Stops::Rigid);
     for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4, with_friction] {
-        let mut stepper = Stepper::new(&model, integrator, (1e-3, 4), 0, 0.0);
+        let mut stepper = ArmStepper::new(&model, integrator, (1e-3, 4), 0, 0.0);
         let mut gradient = StepGradient::new(&model, 0, 0.0);
         let (tau, mut tape) = (vec![0.1; n], Vec::new());
         let [mut q, mut dq, mut by_q, mut by_dq] = [0.1, 0.0, 1.0, 0.5].map(|x| vec![x; n]);

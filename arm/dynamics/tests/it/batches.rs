@@ -1,6 +1,8 @@
 //! Lanes and threads give what single calls give.
 
-use hysteron_arm_dynamics::kernels::{ForwardDerivatives, ForwardDynamics, InverseDynamics, MassMatrix};
+use hysteron_arm_dynamics::kernels::{
+    ForwardDerivatives, ForwardDynamics, InverseDynamicsKernel, MassMatrix,
+};
 use hysteron_arm_dynamics::*;
 use hysteron_base::lanes::Isa;
 use rand::RngExt;
@@ -13,7 +15,7 @@ fn states(n_states: usize, n: usize) -> [Vec<f64>; 3] {
     [1.5, 2.0, 5.0].map(|scale| (0..n_states * n).map(|_| scale * stream.random_range(-1.0..1.0)).collect())
 }
 
-fn run<K: Kernel>(batch: &Batch, model: &Model, kernel: &K, n_states: usize) -> Vec<f64> {
+fn run<K: StateKernel>(batch: &Batch, model: &Model, kernel: &K, n_states: usize) -> Vec<f64> {
     let inputs = states(n_states, model.n_joints());
     let inputs: Vec<&[f64]> = kernel.inputs(model).iter().zip(&inputs).map(|(_, rows)| &rows[..]).collect();
     let mut outputs: Vec<Vec<f64>> =
@@ -48,7 +50,7 @@ fn every_instruction_set_gives_what_single_calls_give() {
             let batch = Batch::on(&model, isa);
             assert_close(
                 &format!("{name}, {isa:?}"),
-                &run(&batch, &model, &InverseDynamics, N_STATES),
+                &run(&batch, &model, &InverseDynamicsKernel, N_STATES),
                 &inverse,
                 1e-12,
             );
@@ -70,7 +72,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let batch = Batch::new(&model);
-            let mut all = run(&batch, &model, &InverseDynamics, N_STATES);
+            let mut all = run(&batch, &model, &InverseDynamicsKernel, N_STATES);
             all.extend(run(&batch, &model, &ForwardDynamics, N_STATES));
             all.extend(run(&batch, &model, &MassMatrix, N_STATES));
             all.extend(run(&batch, &model, &ForwardDerivatives, N_STATES));

@@ -11,7 +11,7 @@ fn arm() -> Model {
 /// State after a second of free motion from rest in steps of `h`.
 fn fall(model: &Model, integrator: Integrator, steps: usize) -> Vec<f64> {
     let n = model.n_joints();
-    let mut stepper = Stepper::new(model, integrator, (1.0 / steps as f64, 1), 0, 0.0);
+    let mut stepper = ArmStepper::new(model, integrator, (1.0 / steps as f64, 1), 0, 0.0);
     let (mut q, mut dq, mut tape) = (vec![0.4; n], vec![0.0; n], Vec::new());
     for _ in 0..steps {
         stepper.step(model, [&mut q, &mut dq], &vec![0.0; n], &[], &mut tape);

@@ -92,8 +92,8 @@ impl Case {
         }
     }
 
-    fn stepper<T: Scalar>(&self, p: &Parameters<T>) -> Stepper<T> {
-        let mut stepper = Stepper::new(&self.model, self.integrator, (0.01, self.substeps), 1, p.state[0]);
+    fn stepper<T: Scalar>(&self, p: &Parameters<T>) -> ArmStepper<T> {
+        let mut stepper = ArmStepper::new(&self.model, self.integrator, (0.01, self.substeps), 1, p.state[0]);
         stepper.set_parameters(&p.inertias, &p.armature, [&p.damping, &p.dry_friction]);
         stepper.set_friction([&p.dry_friction, &p.load_friction]);
         stepper
@@ -271,7 +271,7 @@ fn rollouts_in_lanes_are_those_of_one_arm_after_the_other() {
         let gradient = rollouts.pull_back(&inputs, &states, &weights);
         let mut sum = StepGradient::new(&model, 1, 0.0);
         for arm in 0..initial.len() / (2 * n) {
-            let mut stepper = Stepper::new(&model, integrator, (0.01, 4), 1, 0.0);
+            let mut stepper = ArmStepper::new(&model, integrator, (0.01, 4), 1, 0.0);
             let of_step = |rows: &[f64], width: usize, step: usize| -> Vec<f64> {
                 rows[width * (MANY_STEPS * arm + step)..][..width].to_vec()
             };
@@ -279,7 +279,7 @@ fn rollouts_in_lanes_are_those_of_one_arm_after_the_other() {
                 let f = of_step(&forces, 6, step);
                 [ExternalForce { frame, force: [f[0], f[1], f[2]], torque: [f[3], f[4], f[5]] }]
             };
-            let rub = |stepper: &mut Stepper<f64>, step: usize| {
+            let rub = |stepper: &mut ArmStepper<f64>, step: usize| {
                 if varies {
                     let own = of_step(&friction, 2 * n, step);
                     stepper.set_friction([&own[..n], &own[n..]]);

@@ -10,11 +10,11 @@ pub use design::{Excitation, ExcitationOptions, exciting_trajectory};
 pub use fourier::Fourier;
 pub use information::Information;
 pub use limits::{LimitOptions, MotionLimits};
-pub use point_to_point::{Law, PointToPoint};
+pub use point_to_point::{MotionLaw, PointToPoint};
 
 use hysteron_base::{BadInput, Channel, Metadata, Recording};
 
-use crate::Quantity;
+use crate::JointQuantityKind;
 use hysteron_arm_dynamics::{Data, Model, inverse_dynamics};
 
 /// A motion of all joints that is known at every time.
@@ -48,7 +48,9 @@ pub fn states_of(
     let time: Vec<f64> = (0..=n_rows as usize).map(|k| k as f64 / rate_hz).collect();
     let mut channels = Vec::new();
     for (part, quantity) in
-        [Quantity::Position, Quantity::Velocity, Quantity::Acceleration].into_iter().enumerate()
+        [JointQuantityKind::Position, JointQuantityKind::Velocity, JointQuantityKind::Acceleration]
+            .into_iter()
+            .enumerate()
     {
         for (k, joint) in model.joints().iter().enumerate() {
             let values = time.iter().map(|t| motion.at(k, t.min(motion.duration()))[part]).collect();

@@ -11,14 +11,14 @@ use hysteron_arm_dynamics::{Data, Model};
 
 /// How far a move is, over time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Law {
+pub enum MotionLaw {
     /// 10 s³ − 15 s⁴ + 6 s⁵: velocity and acceleration are zero at both ends.
     Quintic,
     /// s − sin(2πs)/2π: the same with a sinusoidal acceleration.
     Cycloid,
 }
 
-impl Law {
+impl MotionLaw {
     /// Part of the way and its first two derivatives at the part `s` of the time.
     fn at(self, s: f64) -> [f64; 3] {
         match self {
@@ -49,7 +49,7 @@ pub struct PointToPoint {
     from: Vec<f64>,
     to: Vec<f64>,
     duration: f64,
-    law: Law,
+    law: MotionLaw,
 }
 
 /// Samples on which torques are checked.
@@ -65,7 +65,7 @@ impl PointToPoint {
         model: &Model,
         [from, to]: [&[f64]; 2],
         duration: Option<f64>,
-        law: Law,
+        law: MotionLaw,
         limits: &MotionLimits,
     ) -> Result<Self, BadInput> {
         let n = model.n_joints();

@@ -9,8 +9,8 @@ use hysteron_fit::ResidualVariance;
 use nalgebra::{DMatrix, DVector, Matrix4};
 
 use super::motion::{JointMotion, rms_left};
-use super::normal::{Columns, JointTerm, Normal};
-use super::pseudo_inertia::{Body, believable, divergence, matrix};
+use super::normal::{JointNormal, JointTerm, RegressionColumns};
+use super::pseudo_inertia::{InertialParameters, believable, divergence, matrix};
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_dynamics::spatial::Inertia;
 
@@ -103,7 +103,7 @@ pub fn identify_bodies(
     options: &BodyOptions,
 ) -> Result<BodyFit, BadInput> {
     let n = model.n_joints();
-    let columns = Columns { model, terms: options.terms, width: options.width };
+    let columns = RegressionColumns { model, terms: options.terms, width: options.width };
     columns.check()?;
     if motion.n_joints != n {
         return Err(BadInput::new("motion", format!("{n} joints"), motion.n_joints.to_string()));
@@ -120,7 +120,7 @@ pub fn identify_bodies(
             found,
         ));
     }
-    let believed = Believed::new(model, options)?;
+    let believed = BodyPrior::new(model, options)?;
     let normals = columns.normals(motion);
     let rows = motion.n_samples() as f64;
     let mut variances: Vec<f64> =
@@ -129,7 +129,7 @@ pub fn identify_bodies(
     for _ in 0..ROUNDS {
         let sum = weighed(&normals, &variances);
         parameters = believed.minimum(&sum, parameters);
-        let error = |normal: &Normal| (normal.error(&parameters) / rows).max(SMALLEST_VARIANCE);
+        let error = |normal: &JointNormal| (normal.error(&parameters) / rows).max(SMALLEST_VARIANCE);
         variances = normals.iter().map(error).collect();
     }
     let sum = weighed(&normals, &variances);
@@ -163,7 +163,7 @@ pub fn identify_bodies(
 impl BodyFit {
     /// The torques that the fit gives for a motion, row by row [N m].
     pub fn torques(&self, motion: &JointMotion) -> Vec<f64> {
-        let columns = Columns { model: &self.model, terms: &self.terms, width: self.width };
+        let columns = RegressionColumns { model: &self.model, terms: &self.terms, width: self.width };
         columns.torques(motion, &self.parameters)
     }
 
@@ -179,7 +179,7 @@ impl BodyFit {
     }
 }
 
-impl Normal {
+impl JointNormal {
     /// Sum of squared errors.
     pub(super) fn error(&self, parameters: &DVector<f64>) -> f64 {
         (parameters.transpose() * &self.matrix * parameters)[0] - 2.0 * self.right.dot(parameters)
@@ -188,7 +188,7 @@ impl Normal {
 }
 
 /// The joints' sums over their variances.
-pub(super) fn weighed(normals: &[Normal], variances: &[f64]) -> Normal {
+pub(super) fn weighed(normals: &[JointNormal], variances: &[f64]) -> JointNormal {
     let mut sum = normals[0].clone();
     sum.matrix /= variances[0];
     sum.right /= variances[0];
@@ -202,7 +202,7 @@ pub(super) fn weighed(normals: &[Normal], variances: &[f64]) -> Normal {
 }
 
 /// Variance of what is left of each joint, larger by how much neighbours err alike.
-fn spreads(columns: &Columns, motion: &JointMotion, parameters: &DVector<f64>) -> Vec<f64> {
+fn spreads(columns: &RegressionColumns, motion: &JointMotion, parameters: &DVector<f64>) -> Vec<f64> {
     let n = motion.n_joints;
     let torques = columns.torques(motion, parameters);
     let of = |j: usize| {
@@ -213,24 +213,27 @@ fn spreads(columns: &Columns, motion: &JointMotion, parameters: &DVector<f64>) -
     (0..n).map(of).collect()
 }
 
-fn body(parameters: &DVector<f64>, k: usize) -> Body {
+fn body(parameters: &DVector<f64>, k: usize) -> InertialParameters {
     parameters.fixed_rows::<10>(10 * k).into_owned()
 }
 
 /// Prior of the parameters: nominal bodies and joint terms.
-struct Believed<'a> {
+struct BodyPrior<'a> {
     model: &'a Model,
     terms: &'a [JointTerm],
     prior: f64,
-    bodies: Vec<Body>,
+    bodies: Vec<InertialParameters>,
     inverses: Vec<Matrix4<f64>>,
 }
 
-impl<'a> Believed<'a> {
+impl<'a> BodyPrior<'a> {
     fn new(model: &'a Model, options: &BodyOptions<'a>) -> Result<Self, BadInput> {
-        let bodies: Vec<Body> =
-            model.joints().iter().map(|joint| Body::from(believable(&joint.inertia).parameters())).collect();
-        let inverse = |(body, joint): (&Body, &hysteron_arm_dynamics::Joint)| {
+        let bodies: Vec<InertialParameters> = model
+            .joints()
+            .iter()
+            .map(|joint| InertialParameters::from(believable(&joint.inertia).parameters()))
+            .collect();
+        let inverse = |(body, joint): (&InertialParameters, &hysteron_arm_dynamics::Joint)| {
             matrix(body).cholesky().map(|cholesky| cholesky.inverse()).ok_or_else(|| {
                 let place = format!("{}: {}", model.name(), joint.name);
                 let mass = joint.inertia.mass;
@@ -250,7 +253,7 @@ impl<'a> Believed<'a> {
     }
 
     /// Half the sum of squares, the divergence of the bodies, and a barrier for terms that are never negative; `None` outside.
-    fn cost(&self, sum: &Normal, x: &DVector<f64>) -> Option<f64> {
+    fn cost(&self, sum: &JointNormal, x: &DVector<f64>) -> Option<f64> {
         let mut cost = 0.5 * sum.error(x);
         for (k, inverse) in self.inverses.iter().enumerate() {
             cost += self.prior * divergence(&body(x, k), inverse)?.0;
@@ -270,7 +273,7 @@ impl<'a> Believed<'a> {
         all.enumerate().map(move |(k, term)| (10 * n + k, term)).filter(|(_, term)| term.is_never_negative())
     }
 
-    fn hessian(&self, sum: &Normal, x: &DVector<f64>) -> DMatrix<f64> {
+    fn hessian(&self, sum: &JointNormal, x: &DVector<f64>) -> DMatrix<f64> {
         let mut hessian = sum.matrix.clone();
         for (k, inverse) in self.inverses.iter().enumerate() {
             if let Some((_, _, more)) = divergence(&body(x, k), inverse) {
@@ -290,7 +293,7 @@ impl<'a> Believed<'a> {
 
     /// The minimum from `start`, along smaller and smaller weights of the prior: Newton's method does not see the walls of a
     /// thin one from afar.
-    fn minimum(&self, sum: &Normal, start: DVector<f64>) -> DVector<f64> {
+    fn minimum(&self, sum: &JointNormal, start: DVector<f64>) -> DVector<f64> {
         let (mut x, mut weight) = (start, self.prior.max(1.0));
         loop {
             x = Self { prior: weight, bodies: vec![], inverses: self.inverses.clone(), ..*self }
@@ -303,7 +306,7 @@ impl<'a> Believed<'a> {
     }
 
     /// Newton's method with halved steps, which stay where bodies exist.
-    fn newton(&self, sum: &Normal, start: DVector<f64>) -> DVector<f64> {
+    fn newton(&self, sum: &JointNormal, start: DVector<f64>) -> DVector<f64> {
         let mut x = start;
         for _ in 0..MAX_STEPS {
             let mut gradient = &sum.matrix * &x - &sum.right;
@@ -392,7 +395,7 @@ fn determined(matrix: &DMatrix<f64>) -> (usize, f64, Vec<bool>) {
 }
 
 /// Terms of one joint whose estimates move together.
-fn warnings(columns: &Columns, covariance: &DMatrix<f64>) -> Vec<String> {
+fn warnings(columns: &RegressionColumns, covariance: &DMatrix<f64>) -> Vec<String> {
     let mut warnings = Vec::new();
     for j in 0..columns.model.n_joints() {
         for a in 0..columns.terms.len() {

@@ -10,8 +10,8 @@ use nalgebra::DVector;
 
 use super::bodies::BodyOptions;
 use super::motion::JointMotion;
-use super::normal::{Columns, JointTerm, Normal};
-use super::pseudo_inertia::{Body, believable, matrix};
+use super::normal::{JointNormal, JointTerm, RegressionColumns};
+use super::pseudo_inertia::{InertialParameters, believable, matrix};
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_dynamics::spatial::Inertia;
 
@@ -58,7 +58,7 @@ pub fn evolve_bodies(
         let expected = format!("{n} numbers above 0");
         return Err(BadInput::new("weights", expected, format!("{:?}", weights)));
     }
-    let columns = Columns { model, terms: options.terms, width: options.width };
+    let columns = RegressionColumns { model, terms: options.terms, width: options.width };
     columns.check()?;
     let normals = columns.normals(motion);
     let rows = motion.n_samples() as f64;
@@ -84,7 +84,7 @@ pub fn evolve_bodies(
 }
 
 /// Mass, centre and moments about it of every body, then the terms of every joint.
-fn genes(model: &Model, terms: &[JointTerm], normals: &[Normal]) -> Vec<Parameter> {
+fn genes(model: &Model, terms: &[JointTerm], normals: &[JointNormal]) -> Vec<Parameter> {
     let gene = |name: String, bounds: [f64; 2]| {
         let [min, max] = bounds;
         Parameter {
@@ -137,6 +137,6 @@ fn parameters(genes: &[f64], n_joints: usize) -> DVector<f64> {
     parameters
 }
 
-fn body(parameters: &DVector<f64>, k: usize) -> Body {
+fn body(parameters: &DVector<f64>, k: usize) -> InertialParameters {
     parameters.fixed_rows::<10>(10 * k).into_owned()
 }

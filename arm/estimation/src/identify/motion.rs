@@ -3,7 +3,7 @@
 use hysteron_actuator::filter::LowPass;
 use hysteron_base::BadInput;
 
-use crate::{Quantity, Recorded};
+use crate::{ArmRecording, JointQuantityKind};
 
 /// Row by row (n_samples × n_joints): coordinates, speeds, accelerations, torques.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,15 +100,15 @@ impl JointMotion {
     /// Coordinates or torques that the recording lacks; another number of constants than joints; a torque constant that is not a
     /// finite number; those of [`Self::smoothed`].
     pub fn of_recording(
-        recorded: &Recorded,
+        recorded: &ArmRecording,
         torque_constants: &[f64],
         order: usize,
         cutoff: f64,
     ) -> Result<Self, BadInput> {
         let owned = |columns: Vec<&[f64]>| columns.into_iter().map(<[f64]>::to_vec).collect::<Vec<_>>();
-        let q = owned(recorded.require(Quantity::Position)?);
+        let q = owned(recorded.require(JointQuantityKind::Position)?);
         let tau = torques(recorded, torque_constants)?;
-        let dq = recorded.require(Quantity::Velocity).map(owned).unwrap_or_default();
+        let dq = recorded.require(JointQuantityKind::Velocity).map(owned).unwrap_or_default();
         let time = recorded.time;
         let span = time.last().unwrap_or(&0.0) - time.first().unwrap_or(&0.0);
         let rate = time.len().saturating_sub(1) as f64 / span;
@@ -171,14 +171,14 @@ pub(super) fn rms_left<'a>(
 }
 
 /// Torques of a recording, measured or from currents.
-fn torques(recorded: &Recorded, torque_constants: &[f64]) -> Result<Vec<Vec<f64>>, BadInput> {
+fn torques(recorded: &ArmRecording, torque_constants: &[f64]) -> Result<Vec<Vec<f64>>, BadInput> {
     let of = |columns: Vec<&[f64]>, scale: &dyn Fn(usize) -> f64| -> Vec<Vec<f64>> {
         let scaled = |(j, column): (usize, &[f64])| column.iter().map(|x| scale(j) * x).collect();
         columns.into_iter().enumerate().map(scaled).collect()
     };
     if torque_constants.is_empty() {
-        let has_currents = recorded.require(Quantity::Current).is_ok();
-        return match recorded.require(Quantity::Torque) {
+        let has_currents = recorded.require(JointQuantityKind::Current).is_ok();
+        return match recorded.require(JointQuantityKind::Torque) {
             Ok(columns) => Ok(of(columns, &|_| 1.0)),
             Err(bad) if has_currents => {
                 Err(bad.hint("it has currents: give the torque constants, one for each joint"))
@@ -186,7 +186,7 @@ fn torques(recorded: &Recorded, torque_constants: &[f64]) -> Result<Vec<Vec<f64>
             Err(bad) => Err(bad),
         };
     }
-    let currents = recorded.require(Quantity::Current)?;
+    let currents = recorded.require(JointQuantityKind::Current)?;
     if torque_constants.len() != currents.len()
         || torque_constants.iter().any(|k| !k.is_finite() || *k == 0.0)
     {

@@ -52,14 +52,14 @@ impl JointTerm {
 
 /// Σ aᵀa, Σ aᵀτ, Σ τ² over the rows of one joint.
 #[derive(Clone)]
-pub struct Normal {
+pub struct JointNormal {
     pub matrix: DMatrix<f64>,
     pub right: DVector<f64>,
     pub square: f64,
 }
 
 /// The columns of a regression: ten of every body, then the terms of every joint.
-pub struct Columns<'a> {
+pub struct RegressionColumns<'a> {
     pub model: &'a Model,
     pub terms: &'a [JointTerm],
     /// Speed over which Coulomb friction changes its sign [rad/s].
@@ -69,7 +69,7 @@ pub struct Columns<'a> {
 /// Samples of one product of matrices.
 const CHUNK: usize = 256;
 
-impl Columns<'_> {
+impl RegressionColumns<'_> {
     /// Number of columns.
     pub fn n(&self) -> usize {
         (10 + self.terms.len()) * self.model.n_joints()
@@ -106,16 +106,16 @@ impl Columns<'_> {
     }
 
     /// One per joint. The sums are taken chunk by chunk in one order, whatever the number of threads.
-    pub fn normals(&self, motion: &JointMotion) -> Vec<Normal> {
+    pub fn normals(&self, motion: &JointMotion) -> Vec<JointNormal> {
         let n = self.model.n_joints();
         let width = CHUNK * n;
         let samples = motion.q.len().div_ceil(width);
-        let parts: Vec<Vec<Normal>> = parallel::map_indices(samples, |part| {
+        let parts: Vec<Vec<JointNormal>> = parallel::map_indices(samples, |part| {
             let range = part * width..((part + 1) * width).min(motion.q.len());
             let of = |rows| -> &[f64] { &Vec::as_slice(rows)[range.clone()] };
             self.chunk([of(&motion.q), of(&motion.dq), of(&motion.ddq)], of(&motion.tau))
         });
-        let empty = Normal {
+        let empty = JointNormal {
             matrix: DMatrix::zeros(self.n(), self.n()),
             right: DVector::zeros(self.n()),
             square: 0.0,
@@ -131,7 +131,7 @@ impl Columns<'_> {
         sums
     }
 
-    fn chunk(&self, [q, dq, ddq]: [&[f64]; 3], tau: &[f64]) -> Vec<Normal> {
+    fn chunk(&self, [q, dq, ddq]: [&[f64]; 3], tau: &[f64]) -> Vec<JointNormal> {
         let n = self.model.n_joints();
         let (rows, p) = (q.len() / n, self.n());
         let mut data = Data::new(self.model, 0.0);
@@ -152,7 +152,7 @@ impl Columns<'_> {
         }
         let normal = |(j, a): (usize, &DMatrix<f64>)| {
             let tau = DVector::from_fn(rows, |s, _| tau[s * n + j]);
-            Normal { matrix: a * a.transpose(), right: a * &tau, square: tau.norm_squared() }
+            JointNormal { matrix: a * a.transpose(), right: a * &tau, square: tau.norm_squared() }
         };
         columns.iter().enumerate().map(normal).collect()
     }

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, SMatrix};
 
 use super::bodies::{BodyFit, Determined, TermEstimate};
 use super::motion::JointMotion;
-use super::pseudo_inertia::{Body, believable, divergence, matrix};
+use super::pseudo_inertia::{InertialParameters, believable, divergence, matrix};
 use hysteron_arm_dynamics::spatial::Inertia;
 use hysteron_arm_dynamics::{Data, Model, regressor};
 
@@ -51,14 +51,14 @@ pub fn identify_payload(bare: &BodyFit, frame: &str, motion: &JointMotion) -> Re
         let mut unit = [0.0; 10];
         unit[k] = 1.0;
         let moved = Inertia::from_parameters(unit).placed(&at.pose.rotation, at.pose.position).parameters();
-        placed.set_column(k, &Body::from(moved));
+        placed.set_column(k, &InertialParameters::from(moved));
     }
     let without: Vec<f64> =
         bare.torques(motion).iter().zip(&motion.tau).map(|(found, measured)| measured - found).collect();
     let columns = columns(model, motion, joint, &placed);
     let believed = believed();
     let mut variances: Vec<f64> = (0..n).map(|j| variance(&without, n, j)).collect();
-    let mut found = Body::from(believed.parameters());
+    let mut found = InertialParameters::from(believed.parameters());
     for _ in 0..3 {
         found = minimum(&columns, &without, &variances, found)?.0;
         let left = left(&columns, &without, &found);
@@ -100,14 +100,14 @@ fn columns(model: &Model, motion: &JointMotion, joint: usize, placed: &SMatrix<f
         regressor(model, &mut data, state, &mut of_bodies);
         for j in 0..n {
             let from = 10 * n * j + 10 * joint;
-            let own = Body::from_row_slice(&of_bodies[from..from + 10]);
+            let own = InertialParameters::from_row_slice(&of_bodies[from..from + 10]);
             columns.set_column(s * n + j, &(placed.transpose() * own));
         }
     }
     columns
 }
 
-fn left(columns: &DMatrix<f64>, torques: &[f64], body: &Body) -> Vec<f64> {
+fn left(columns: &DMatrix<f64>, torques: &[f64], body: &InertialParameters) -> Vec<f64> {
     let body = DVector::from_column_slice(body.as_slice());
     let given = columns.tr_mul(&body);
     torques.iter().zip(given.iter()).map(|(torque, given)| torque - given).collect()
@@ -124,19 +124,19 @@ fn minimum(
     columns: &DMatrix<f64>,
     torques: &[f64],
     variances: &[f64],
-    start: Body,
-) -> Result<(Body, SMatrix<f64, 10, 10>), BadInput> {
+    start: InertialParameters,
+) -> Result<(InertialParameters, SMatrix<f64, 10, 10>), BadInput> {
     let n = variances.len();
-    let (mut square, mut side) = (SMatrix::<f64, 10, 10>::zeros(), Body::zeros());
+    let (mut square, mut side) = (SMatrix::<f64, 10, 10>::zeros(), InertialParameters::zeros());
     for (k, column) in columns.column_iter().enumerate() {
-        let row = Body::from_column_slice(column.as_slice());
+        let row = InertialParameters::from_column_slice(column.as_slice());
         square += row * row.transpose() / variances[k % n];
         side += row * (torques[k] / variances[k % n]);
     }
-    let Some(believed) = matrix(&Body::from(believed().parameters())).try_inverse() else {
+    let Some(believed) = matrix(&InertialParameters::from(believed().parameters())).try_inverse() else {
         return Err(BadInput::new("payload", "a body that can exist", "none"));
     };
-    let cost = |x: &Body| {
+    let cost = |x: &InertialParameters| {
         let divergence = PRIOR * divergence(x, &believed)?.0;
         Some((0.5 * (x.transpose() * square * x)[0] - side.dot(x)) + divergence)
     };
@@ -173,13 +173,13 @@ fn inverse(matrix: &SMatrix<f64, 10, 10>) -> Option<SMatrix<f64, 10, 10>> {
 }
 
 /// Mass, centre and moments with their standard errors: those of h/m by propagation.
-fn estimates(found: &Body, covariance: &SMatrix<f64, 10, 10>) -> Vec<TermEstimate> {
+fn estimates(found: &InertialParameters, covariance: &SMatrix<f64, 10, 10>) -> Vec<TermEstimate> {
     let inertia = Inertia::from_parameters(found.data.0[0]);
-    let values = |p: &Body| {
+    let values = |p: &InertialParameters| {
         let inertia = Inertia::from_parameters(p.data.0[0]);
         let [x, y, z] = inertia.centre();
         let [xx, xy, yy, xz, yz, zz] = inertia.second_about_centre();
-        Body::from([inertia.mass, x, y, z, xx, xy, yy, xz, yz, zz])
+        InertialParameters::from([inertia.mass, x, y, z, xx, xy, yy, xz, yz, zz])
     };
     let at = values(found);
     let mut jacobian = SMatrix::<f64, 10, 10>::zeros();

@@ -8,7 +8,7 @@ use hysteron_arm_dynamics::spatial::Inertia;
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector};
 
 /// The ten parameters of a body, as in [`Inertia::parameters`](hysteron_arm_dynamics::spatial::Inertia::parameters).
-pub type Body = SVector<f64, 10>;
+pub type InertialParameters = SVector<f64, 10>;
 
 /// P = [Σ h; hᵀ m] with Σ = ½ tr(J) 1 - J, linear in the parameters: positive definite exactly where some distribution of mass
 /// has them.
@@ -18,7 +18,7 @@ pub fn pseudo_inertia(p: &[f64; 10]) -> [[f64; 4]; 4] {
     [[half - xx, -xy, -xz, hx], [-xy, half - yy, -yz, hy], [-xz, -yz, half - zz, hz], [hx, hy, hz, m]]
 }
 
-pub fn matrix(p: &Body) -> Matrix4<f64> {
+pub fn matrix(p: &InertialParameters) -> Matrix4<f64> {
     let rows = pseudo_inertia(&p.data.0[0]);
     Matrix4::from_fn(|r, c| rows[r][c])
 }
@@ -42,15 +42,18 @@ pub fn believable(inertia: &Inertia<f64>) -> Inertia<f64> {
 }
 
 /// -ln det P + tr(P₀⁻¹ P), least at P = P₀, with gradient and Hessian; `None` where P is not positive definite.
-pub fn divergence(p: &Body, nominal_inverse: &Matrix4<f64>) -> Option<(f64, Body, SMatrix<f64, 10, 10>)> {
+pub fn divergence(
+    p: &InertialParameters,
+    nominal_inverse: &Matrix4<f64>,
+) -> Option<(f64, InertialParameters, SMatrix<f64, 10, 10>)> {
     let matrix_p = matrix(p);
     let cholesky = matrix_p.cholesky()?;
     let log_det = 2.0 * (0..4).map(|k| cholesky.l()[(k, k)].ln()).sum::<f64>();
     let inverse = cholesky.inverse();
     let mut by_inverse = [Matrix4::zeros(); 10];
-    let mut gradient = Body::zeros();
+    let mut gradient = InertialParameters::zeros();
     for (i, product) in by_inverse.iter_mut().enumerate() {
-        let mut unit = Body::zeros();
+        let mut unit = InertialParameters::zeros();
         unit[i] = 1.0;
         let direction = matrix(&unit);
         *product = inverse * direction;

@@ -4,7 +4,7 @@ use hysteron_actuator::{Bridge, CatalogueDrive};
 use hysteron_base::import::POSITION_GAIN;
 use hysteron_base::{BadInput, Channel, Metadata, Recording};
 
-use crate::{Quantity, Recorded};
+use crate::{ArmRecording, JointQuantityKind};
 use hysteron_arm_dynamics::JointKind;
 
 type Check<T> = Result<T, BadInput>;
@@ -19,7 +19,7 @@ pub const CURRENTS_BY: &str = "currents_by";
 /// # Errors
 /// `BadInput` naming a joint that slides, or the channel that is missing.
 pub(super) fn with_currents(recording: Recording, drive: &CatalogueDrive) -> Check<Recording> {
-    let recorded = Recorded::of(&recording)?;
+    let recorded = ArmRecording::of(&recording)?;
     if recorded.joints[0].current.is_some() {
         return Ok(recording);
     }
@@ -27,9 +27,10 @@ pub(super) fn with_currents(recording: Recording, drive: &CatalogueDrive) -> Che
         let place = format!("joint {}", k + 1);
         return Err(BadInput::new(place, "a joint that turns, as drives do", "one that slides"));
     }
-    let (speed, voltage) = (recorded.require(Quantity::Velocity)?, recorded.require(Quantity::Voltage)?);
-    let temperature = recorded.require(Quantity::Temperature).ok();
-    let (duty, is_computed) = match recorded.require(Quantity::Pwm) {
+    let (speed, voltage) =
+        (recorded.require(JointQuantityKind::Velocity)?, recorded.require(JointQuantityKind::Voltage)?);
+    let temperature = recorded.require(JointQuantityKind::Temperature).ok();
+    let (duty, is_computed) = match recorded.require(JointQuantityKind::Pwm) {
         Ok(recorded) => (recorded.into_iter().map(<[f64]>::to_vec).collect(), false),
         Err(missing) => (duties(&recording, &recorded, drive, missing)?, true),
     };
@@ -42,11 +43,11 @@ pub(super) fn with_currents(recording: Recording, drive: &CatalogueDrive) -> Che
             let warm = temperature.as_ref().map_or(drive.drive.winding.reference, |series| series[k][row]);
             drive.drive.current(bridge, voltage[k][row], (speed[k][row], warm))
         };
-        let name = |quantity: Quantity| quantity.channel(JointKind::Revolute, k);
+        let name = |quantity: JointQuantityKind| quantity.channel(JointKind::Revolute, k);
         let currents = (0..recording.n_samples()).map(current).collect();
-        channels.push(Channel::new(name(Quantity::Current), currents));
+        channels.push(Channel::new(name(JointQuantityKind::Current), currents));
         if is_computed {
-            channels.push(Channel::new(name(Quantity::Pwm), duty));
+            channels.push(Channel::new(name(JointQuantityKind::Pwm), duty));
         }
     }
     let mut meta = recording.meta().clone();
@@ -72,15 +73,15 @@ pub fn position_gain(meta: &Metadata) -> Check<Option<f64>> {
 /// Duties of a position loop that has the recorded gain alone, joint by joint.
 fn duties(
     recording: &Recording,
-    recorded: &Recorded<'_>,
+    recorded: &ArmRecording<'_>,
     drive: &CatalogueDrive,
     missing: BadInput,
 ) -> Check<Vec<Vec<f64>>> {
-    let (gain, goal) = (position_gain(recording.meta())?, recorded.require(Quantity::Goal));
+    let (gain, goal) = (position_gain(recording.meta())?, recorded.require(JointQuantityKind::Goal));
     let (Some(gain), Ok(goal)) = (gain, goal) else {
         return Err(missing.hint("currents come from duties, or from goal_1_rad and the log's position gain"));
     };
-    let position = recorded.require(Quantity::Position)?;
+    let position = recorded.require(JointQuantityKind::Position)?;
     let per_radian = drive.drive.position_loop.duty_per_radian(gain);
     let of = |(goal, position): (&[f64], &[f64])| {
         goal.iter().zip(position).map(|(goal, q)| (per_radian * (goal - q)).clamp(-1.0, 1.0)).collect()

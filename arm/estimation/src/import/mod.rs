@@ -14,7 +14,7 @@ use hysteron_base::import::{Assembled, Request, read};
 pub use hysteron_base::import::{BadRows, ColumnMap, POSITION_GAIN};
 use hysteron_base::{BadInput, Metadata, Recording, Result, RowFilter};
 
-use crate::Recorded;
+use crate::ArmRecording;
 pub use drive::CURRENTS_BY;
 pub use drive::position_gain;
 use hysteron_arm_dynamics::Model;
@@ -41,12 +41,12 @@ pub struct ImportOptions<'a> {
     /// Treatment of rows that cannot be read.
     pub bad_rows: BadRows,
     /// Known properties of the arm.
-    pub arm: ArmKnown<'a>,
+    pub arm: ArmProperties<'a>,
 }
 
 /// Known properties of an arm whose recording is imported.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct ArmKnown<'a> {
+pub struct ArmProperties<'a> {
     /// The robot, whose joints name those of the recording and must be as many.
     pub model: Option<&'a Model>,
     /// Treatment of numbers that look as if they had another unit.
@@ -57,8 +57,8 @@ pub struct ArmKnown<'a> {
 
 /// A recording, and what was done to get it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Imported {
-    /// Channels in SI at a fixed rate, from time zero; see [`crate::Recorded`].
+pub struct ArmImport {
+    /// Channels in SI at a fixed rate, from time zero; see [`crate::ArmRecording`].
     pub recording: Recording,
     /// The map: a name or a file.
     pub columns: String,
@@ -73,7 +73,7 @@ pub struct Imported {
 ///
 /// # Errors
 /// `BadInput` naming the file, the row and the column: as [`read`], and as [`with_arm`].
-pub fn import(path: &Path, options: &ImportOptions, meta: Metadata) -> Result<Imported> {
+pub fn import(path: &Path, options: &ImportOptions, meta: Metadata) -> Result<ArmImport> {
     let request = Request {
         columns: options.columns.clone(),
         rate_hz: options.rate_hz,
@@ -91,10 +91,10 @@ pub fn import(path: &Path, options: &ImportOptions, meta: Metadata) -> Result<Im
         return Err(BadInput::new(place, "an episode", "none").into());
     };
     let recording = with_arm(recording, &options.arm).map_err(|bad| bad.within(place))?;
-    Ok(Imported { recording, columns, n_left_out, first_left_out })
+    Ok(ArmImport { recording, columns, n_left_out, first_left_out })
 }
 
-impl ArmKnown<'_> {
+impl ArmProperties<'_> {
     /// Metadata with the robot's name and joints.
     pub fn described(&self, mut meta: Metadata) -> Metadata {
         if let Some(model) = self.model {
@@ -111,8 +111,8 @@ impl ArmKnown<'_> {
 /// # Errors
 /// `BadInput` for joints that differ in number between quantities or from the model's, numbers that look as if they had another
 /// unit, or what currents of a drive need.
-pub fn with_arm(recording: Recording, known: &ArmKnown) -> std::result::Result<Recording, BadInput> {
-    let recorded = Recorded::of(&recording)?;
+pub fn with_arm(recording: Recording, known: &ArmProperties) -> std::result::Result<Recording, BadInput> {
+    let recorded = ArmRecording::of(&recording)?;
     check_names(&recorded, known.model)?;
     let joints = known.model.map_or(&[][..], |model| model.joints());
     let ranges: Vec<Option<[f64; 2]>> = joints.iter().map(|joint| joint.drive.range).collect();
@@ -128,7 +128,7 @@ pub fn with_arm(recording: Recording, known: &ArmKnown) -> std::result::Result<R
 }
 
 /// As many names as joints.
-fn check_names(recorded: &Recorded, model: Option<&Model>) -> std::result::Result<(), BadInput> {
+fn check_names(recorded: &ArmRecording, model: Option<&Model>) -> std::result::Result<(), BadInput> {
     let n = recorded.joints.len();
     let (expected, whose) = match (model, recorded.joint_names.len()) {
         (Some(model), _) => (model.n_joints(), format!("\"{}\" has", model.name())),

@@ -2,7 +2,7 @@
 
 use hysteron_actuator::law::Sliding;
 
-use super::{Dynamics, FrictionModel, Observer, Sample};
+use super::{ArmSample, Dynamics, FrictionModel, Observer};
 
 /// Terms subtracted from the torque of the motor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,13 +17,13 @@ pub enum Terms {
 
 /// Balance of torques as if the arm stood still, without memory.
 #[derive(Debug, Clone)]
-pub struct Balance<D> {
+pub struct StaticResidual<D> {
     dynamics: D,
     friction: FrictionModel,
     terms: Terms,
 }
 
-impl<D: Dynamics> Balance<D> {
+impl<D: Dynamics> StaticResidual<D> {
     /// `friction` counts where `terms` says so.
     pub fn new(dynamics: D, friction: FrictionModel, terms: Terms) -> Self {
         assert_eq!(dynamics.n_joints(), friction.n_joints());
@@ -31,8 +31,8 @@ impl<D: Dynamics> Balance<D> {
     }
 }
 
-impl<D: Dynamics> Observer for Balance<D> {
-    fn update(&mut self, sample: &Sample, external: &mut [f64]) {
+impl<D: Dynamics> Observer for StaticResidual<D> {
+    fn update(&mut self, sample: &ArmSample, external: &mut [f64]) {
         external.fill(0.0);
         if self.terms != Terms::Torque {
             self.dynamics.gravity(sample.position, external);

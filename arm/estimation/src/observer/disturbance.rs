@@ -11,7 +11,7 @@
 use hysteron_actuator::law::Sliding;
 use hysteron_base::BadInput;
 
-use super::{Dynamics, FrictionModel, Observer, Sample};
+use super::{ArmSample, Dynamics, FrictionModel, Observer};
 use hysteron_arm_dynamics::dense;
 
 /// Diagonal gain Y of a disturbance observer, and what it guarantees.
@@ -87,7 +87,7 @@ impl<D: Dynamics> DisturbanceObserver<D> {
     }
 
     /// w after the sample, from w before it.
-    fn step(&mut self, sample: &Sample) {
+    fn step(&mut self, sample: &ArmSample) {
         let (n, h) = (self.bias.len(), sample.period);
         self.dynamics.mass(sample.position, &mut self.mass);
         for i in 0..n {
@@ -106,7 +106,7 @@ impl<D: Dynamics> DisturbanceObserver<D> {
 }
 
 impl<D: Dynamics> Observer for DisturbanceObserver<D> {
-    fn update(&mut self, sample: &Sample, external: &mut [f64]) {
+    fn update(&mut self, sample: &ArmSample, external: &mut [f64]) {
         if !std::mem::replace(&mut self.is_started, true) {
             for (w, dq) in self.memory.iter_mut().zip(sample.velocity) {
                 *w = -dq;

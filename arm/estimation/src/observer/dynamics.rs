@@ -2,7 +2,7 @@
 
 use hysteron_actuator::law::Sliding;
 
-use super::{FrictionModel, Sample};
+use super::{ArmSample, FrictionModel};
 
 use hysteron_arm_dynamics::{
     Data, Model, bias_torque, generalized_momentum, gravity_torque, inverse_dynamics, mass_matrix,
@@ -72,7 +72,7 @@ impl Dynamics for RigidBody<'_> {
 
 /// The momentum of an arm from sample to sample, and what of its change is explained.
 #[derive(Debug, Clone)]
-pub(super) struct Tracked<D> {
+pub(super) struct TrackedMomentum<D> {
     dynamics: D,
     friction: FrictionModel,
     is_started: bool,
@@ -88,7 +88,7 @@ pub(super) struct Tracked<D> {
 const CHANGE_TIME: f64 = 0.02;
 
 /// Change of the momentum since the last sample.
-pub(super) struct Change<'a> {
+pub(super) struct MomentumChange<'a> {
     /// True for the first sample after a reset.
     pub is_first: bool,
     /// Mean external torque that the change asks for, before any filter [N m].
@@ -99,7 +99,7 @@ pub(super) struct Change<'a> {
     pub momentum: &'a [f64],
 }
 
-impl<D: Dynamics> Tracked<D> {
+impl<D: Dynamics> TrackedMomentum<D> {
     pub fn new(dynamics: D, friction: FrictionModel) -> Self {
         let n = dynamics.n_joints();
         assert_eq!(n, friction.n_joints(), "joints of the friction model");
@@ -130,7 +130,7 @@ impl<D: Dynamics> Tracked<D> {
     /// on load.
     ///
     /// Torques of position and speed count as the mean of both ends (trapezoidal rule).
-    pub fn advance(&mut self, sample: &Sample, contact: &[f64]) -> Change<'_> {
+    pub fn advance(&mut self, sample: &ArmSample, contact: &[f64]) -> MomentumChange<'_> {
         std::mem::swap(&mut self.now, &mut self.before);
         let [momentum, rate, velocity] = &mut self.now;
         self.dynamics.momentum(sample.position, sample.velocity, momentum, rate);
@@ -157,7 +157,7 @@ impl<D: Dynamics> Tracked<D> {
             self.explained[j] = motor + rate - friction;
             self.unexplained[j] = if is_first { 0.0 } else { friction - held };
         }
-        Change {
+        MomentumChange {
             is_first,
             unexplained: &self.unexplained,
             explained: &self.explained,

@@ -7,11 +7,11 @@
 use hysteron_actuator::filter::{LowPass, LowPassState};
 use hysteron_actuator::law::Sliding;
 
-use super::{Dynamics, FrictionModel, Observer, Sample};
+use super::{ArmSample, Dynamics, FrictionModel, Observer};
 
 /// Inverse dynamics on filtered accelerations.
 #[derive(Debug, Clone)]
-pub struct InverseDynamics<D> {
+pub struct FilteredInverseDynamics<D> {
     dynamics: D,
     friction: FrictionModel,
     smoothing: LowPass,
@@ -25,7 +25,7 @@ pub struct InverseDynamics<D> {
     estimate: Vec<f64>,
 }
 
-impl<D: Dynamics> InverseDynamics<D> {
+impl<D: Dynamics> FilteredInverseDynamics<D> {
     /// Accelerations through `smoothing`, which is designed for the rate of the samples.
     pub fn new(dynamics: D, friction: FrictionModel, smoothing: LowPass) -> Self {
         let n = dynamics.n_joints();
@@ -54,8 +54,8 @@ impl<D: Dynamics> InverseDynamics<D> {
     }
 }
 
-impl<D: Dynamics> Observer for InverseDynamics<D> {
-    fn update(&mut self, sample: &Sample, external: &mut [f64]) {
+impl<D: Dynamics> Observer for FilteredInverseDynamics<D> {
+    fn update(&mut self, sample: &ArmSample, external: &mut [f64]) {
         let is_first = !std::mem::replace(&mut self.is_started, true);
         if is_first {
             self.before.copy_from_slice(sample.velocity);

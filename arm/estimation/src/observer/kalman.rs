@@ -7,8 +7,8 @@
 //! Wahrburg, Bös, Listmann, Dai, Matthias, Ding (2018), Motor-current-based estimation of Cartesian contact forces and torques
 //! for robotic manipulators, section III.
 
-use super::dynamics::Tracked;
-use super::{Dynamics, FrictionModel, Observer, Sample};
+use super::dynamics::TrackedMomentum;
+use super::{ArmSample, Dynamics, FrictionModel, Observer};
 
 /// Noise of one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,14 +24,14 @@ pub struct KalmanNoise {
 /// Estimates external torques with their standard deviations.
 #[derive(Debug, Clone)]
 pub struct KalmanObserver<D> {
-    tracked: Tracked<D>,
+    tracked: TrackedMomentum<D>,
     noise: Vec<KalmanNoise>,
-    states: Vec<State>,
+    states: Vec<KalmanState>,
     contact: Vec<f64>,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct State {
+struct KalmanState {
     momentum: f64,
     torque: f64,
     /// Covariance: of p, of p and d, of d.
@@ -46,9 +46,9 @@ impl<D: Dynamics> KalmanObserver<D> {
     pub fn new(dynamics: D, friction: FrictionModel, noise: &[KalmanNoise]) -> Self {
         assert_eq!(dynamics.n_joints(), noise.len());
         assert!(noise.iter().all(|n| n.momentum > 0.0 && n.torque >= 0.0 && n.contact > 0.0), "{noise:?}");
-        let states = noise.iter().map(State::first).collect();
+        let states = noise.iter().map(KalmanState::first).collect();
         let contact = vec![0.0; noise.len()];
-        Self { tracked: Tracked::new(dynamics, friction), noise: noise.to_vec(), states, contact }
+        Self { tracked: TrackedMomentum::new(dynamics, friction), noise: noise.to_vec(), states, contact }
     }
 
     /// Standard deviation of the estimate of `joint` [N m].
@@ -57,7 +57,7 @@ impl<D: Dynamics> KalmanObserver<D> {
     }
 }
 
-impl State {
+impl KalmanState {
     fn first(noise: &KalmanNoise) -> Self {
         let covariance = [noise.momentum * noise.momentum, 0.0, FIRST_SPREAD * FIRST_SPREAD];
         Self { momentum: 0.0, torque: 0.0, covariance }
@@ -80,7 +80,7 @@ impl State {
 }
 
 impl<D: Dynamics> Observer for KalmanObserver<D> {
-    fn update(&mut self, sample: &Sample, external: &mut [f64]) {
+    fn update(&mut self, sample: &ArmSample, external: &mut [f64]) {
         let change = self.tracked.advance(sample, &self.contact);
         for (j, (state, noise)) in self.states.iter_mut().zip(&self.noise).enumerate() {
             if change.is_first {
@@ -97,7 +97,7 @@ impl<D: Dynamics> Observer for KalmanObserver<D> {
         self.tracked.reset();
         self.contact.fill(0.0);
         for (state, noise) in self.states.iter_mut().zip(&self.noise) {
-            *state = State::first(noise);
+            *state = KalmanState::first(noise);
         }
     }
 }

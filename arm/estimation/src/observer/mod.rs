@@ -17,21 +17,21 @@ mod momentum;
 mod sliding_mode;
 mod tip_force;
 
-pub use balance::{Balance, Terms};
+pub use balance::{StaticResidual, Terms};
 pub use disturbance::{DisturbanceObserver, ObserverGain};
 pub use drive::{DriveReading, MotorTorque};
 pub use dynamics::{Dynamics, RigidBody};
 pub use force_filter::ForceFilter;
 pub use friction::{FrictionModel, LowSpeed};
-pub use inverse::InverseDynamics;
+pub use inverse::FilteredInverseDynamics;
 pub use kalman::{KalmanNoise, KalmanObserver};
 pub use momentum::MomentumObserver;
 pub use sliding_mode::SlidingModeObserver;
-pub use tip_force::{Belief, TipForce};
+pub use tip_force::{ContactPrior, TipForceEstimator};
 
 /// An arm at one instant, n numbers each.
 #[derive(Debug, Clone, Copy)]
-pub struct Sample<'a> {
+pub struct ArmSample<'a> {
     /// Time since the last sample, above 0 [s].
     pub period: f64,
     /// Coordinates now [rad] or [m].
@@ -47,7 +47,7 @@ pub trait Observer {
     /// Takes a sample and writes the external torques (n) [N m]. Allocates nothing.
     ///
     /// The first sample after [`Self::reset`] sets the initial state; an estimator with memory gives zeros for it.
-    fn update(&mut self, sample: &Sample, external: &mut [f64]);
+    fn update(&mut self, sample: &ArmSample, external: &mut [f64]);
 
     /// Forgets all samples.
     fn reset(&mut self);
@@ -55,7 +55,7 @@ pub trait Observer {
 
 /// Runs `observer` from its reset over rows of samples; gives its external torques, row by row (n_samples × n) [N m].
 ///
-/// `periods` has the time before every row [s]; the others are row by row (n_samples × n), as in [`Sample`].
+/// `periods` has the time before every row [s]; the others are row by row (n_samples × n), as in [`ArmSample`].
 pub fn estimate(
     observer: &mut (impl Observer + ?Sized),
     periods: &[f64],
@@ -66,7 +66,7 @@ pub fn estimate(
     observer.reset();
     for (s, (period, external)) in periods.iter().zip(external.chunks_mut(n.max(1))).enumerate() {
         let row = n * s..n * (s + 1);
-        let sample = Sample {
+        let sample = ArmSample {
             period: *period,
             position: &position[row.clone()],
             velocity: &velocity[row.clone()],

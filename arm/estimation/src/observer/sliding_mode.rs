@@ -7,13 +7,13 @@
 //! Garofalo, Mansfeld, Jankowski, Ott (2019), Sliding mode momentum observers for estimation of external torques and joint
 //! acceleration; gains as in Levant (1998), Robust exact differentiation via sliding mode technique.
 
-use super::dynamics::Tracked;
-use super::{Dynamics, FrictionModel, Observer, Sample};
+use super::dynamics::TrackedMomentum;
+use super::{ArmSample, Dynamics, FrictionModel, Observer};
 
 /// Super-twisting estimate of the external torques.
 #[derive(Debug, Clone)]
 pub struct SlidingModeObserver<D> {
-    tracked: Tracked<D>,
+    tracked: TrackedMomentum<D>,
     /// L of every joint [N m/s].
     rates: Vec<f64>,
     momentum: Vec<f64>,
@@ -26,13 +26,13 @@ impl<D: Dynamics> SlidingModeObserver<D> {
         let n = dynamics.n_joints();
         assert_eq!(n, rates.len());
         assert!(rates.iter().all(|l| *l > 0.0), "rates {rates:?}");
-        let tracked = Tracked::new(dynamics, friction);
+        let tracked = TrackedMomentum::new(dynamics, friction);
         Self { tracked, rates: rates.to_vec(), momentum: vec![0.0; n], contact: vec![0.0; n] }
     }
 }
 
 impl<D: Dynamics> Observer for SlidingModeObserver<D> {
-    fn update(&mut self, sample: &Sample, external: &mut [f64]) {
+    fn update(&mut self, sample: &ArmSample, external: &mut [f64]) {
         let (h, change) = (sample.period, self.tracked.advance(sample, &self.contact));
         for (j, rate) in self.rates.iter().enumerate() {
             let (model, contact) = (&mut self.momentum[j], &mut self.contact[j]);

@@ -8,7 +8,7 @@ use hysteron_arm_dynamics::{Data, Model, dense, forward_kinematics, frame_jacobi
 
 /// Prior of a contact: standard deviations of its components.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Belief {
+pub enum ContactPrior {
     /// A force at the frame's origin [N].
     Force(f64),
     /// A force [N] and a torque [N m].
@@ -22,7 +22,7 @@ pub enum Belief {
 
 /// Finds the force at one frame.
 #[derive(Debug, Clone)]
-pub struct TipForce<'m> {
+pub struct TipForceEstimator<'m> {
     model: &'m Model,
     data: Data<f64>,
     frame: usize,
@@ -38,15 +38,15 @@ pub struct TipForce<'m> {
     pub covariance: Vec<f64>,
 }
 
-impl<'m> TipForce<'m> {
+impl<'m> TipForceEstimator<'m> {
     /// At `frame`, from torques with standard deviations `torques` [N m].
-    pub fn new(model: &'m Model, frame: usize, torques: &[f64], before: Belief) -> Self {
+    pub fn new(model: &'m Model, frame: usize, torques: &[f64], before: ContactPrior) -> Self {
         assert_eq!(model.n_joints(), torques.len());
         let positive = |x: &f64| *x > 0.0 && x.is_finite();
         assert!(torques.iter().all(positive), "standard deviations {torques:?}");
         let deviations = match before {
-            Belief::Force(force) => vec![force; 3],
-            Belief::Wrench { force, torque } => vec![force, force, force, torque, torque, torque],
+            ContactPrior::Force(force) => vec![force; 3],
+            ContactPrior::Wrench { force, torque } => vec![force, force, force, torque, torque, torque],
         };
         assert!(deviations.iter().all(positive), "{before:?}");
         let m = deviations.len();

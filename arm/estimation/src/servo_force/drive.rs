@@ -11,7 +11,7 @@ pub const STANDS: f64 = 0.02;
 
 /// How a method takes motor torque and friction.
 #[derive(Debug, Clone)]
-pub(crate) struct Known {
+pub(crate) struct FixedModel {
     pub motors: Vec<MotorTorque>,
     pub friction: FrictionModel,
 }
@@ -64,7 +64,7 @@ impl ServoDrive {
     }
 
     /// As estimators take it.
-    pub(super) fn known(&self) -> Known {
+    pub(super) fn known(&self) -> FixedModel {
         let motor = MotorTorque::Pwm { torque_constant: self.torque_constant, resistance: self.resistance };
         let law = |k: usize| {
             let own = vec![self.dry[k], self.viscous[k], 0.0, self.load_share[k], 0.0, 0.0, 0.0, 1.0, 1.0];
@@ -72,6 +72,6 @@ impl ServoDrive {
         };
         let n = self.dry.len();
         let laws = (0..n).map(law).collect();
-        Known { motors: vec![motor; n], friction: FrictionModel::new(laws, LowSpeed::Absorb(STANDS)) }
+        FixedModel { motors: vec![motor; n], friction: FrictionModel::new(laws, LowSpeed::Absorb(STANDS)) }
     }
 }

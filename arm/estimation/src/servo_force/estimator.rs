@@ -3,11 +3,12 @@
 use hysteron_actuator::filter::LowPass;
 use hysteron_base::BadInput;
 
-use super::drive::Known;
+use super::drive::FixedModel;
 use super::identify::{CUTOFF, identify};
-use super::{ServoDrive, TIP, Telemetry};
+use super::{ServoDrive, ServoForceTelemetry, TIP};
 use crate::observer::{
-    Belief, DriveReading, InverseDynamics, MomentumObserver, Observer, RigidBody, Sample, TipForce, estimate,
+    ArmSample, ContactPrior, DriveReading, FilteredInverseDynamics, MomentumObserver, Observer, RigidBody,
+    TipForceEstimator, estimate,
 };
 use hysteron_arm_dynamics::Model;
 
@@ -18,17 +19,17 @@ const BELIEF: f64 = 9.0;
 
 /// Where external torques come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum TorqueSource {
     InverseDynamics,
     Momentum,
 }
 
 /// A classical estimator, ready for trajectories.
 #[derive(Debug, Clone)]
-pub struct Estimator<'m> {
+pub struct ForceEstimator<'m> {
     model: &'m Model,
-    kind: Kind,
-    known: Known,
+    kind: TorqueSource,
+    known: FixedModel,
     /// Standard deviation of the external torques without contact [N m].
     noise: Vec<f64>,
 }
@@ -37,20 +38,28 @@ pub struct Estimator<'m> {
 ///
 /// # Errors
 /// `BadInput` where a joint hardly moves.
-pub fn estimators<'m>(model: &'m Model, training: &[Telemetry]) -> Result<[Estimator<'m>; 4], BadInput> {
+pub fn estimators<'m>(
+    model: &'m Model,
+    training: &[ServoForceTelemetry],
+) -> Result<[ForceEstimator<'m>; 4], BadInput> {
     let ([linear, friction], drive) = identify(model, training)?;
-    let of = |kind, known: &Known| Estimator::new(model, kind, known, training);
+    let of = |kind, known: &FixedModel| ForceEstimator::new(model, kind, known, training);
     Ok([
-        of(Kind::InverseDynamics, &linear)?,
-        of(Kind::InverseDynamics, &friction)?,
-        of(Kind::Momentum, &linear)?,
-        of(Kind::Momentum, &drive.known())?,
+        of(TorqueSource::InverseDynamics, &linear)?,
+        of(TorqueSource::InverseDynamics, &friction)?,
+        of(TorqueSource::Momentum, &linear)?,
+        of(TorqueSource::Momentum, &drive.known())?,
     ])
 }
 
-impl<'m> Estimator<'m> {
+impl<'m> ForceEstimator<'m> {
     /// One which learns its noise on the training trajectories.
-    fn new(model: &'m Model, kind: Kind, known: &Known, training: &[Telemetry]) -> Result<Self, BadInput> {
+    fn new(
+        model: &'m Model,
+        kind: TorqueSource,
+        known: &FixedModel,
+        training: &[ServoForceTelemetry],
+    ) -> Result<Self, BadInput> {
         let n = model.n_joints();
         let mut estimator = Self { model, kind, known: known.clone(), noise: vec![1.0; n] };
         let (mut squares, mut count) = (vec![0.0; n], 0.0);
@@ -67,15 +76,15 @@ impl<'m> Estimator<'m> {
     /// A momentum observer which learns its noise on the training trajectories.
     pub(super) fn momentum(
         model: &'m Model,
-        known: &Known,
-        training: &[Telemetry],
+        known: &FixedModel,
+        training: &[ServoForceTelemetry],
     ) -> Result<Self, BadInput> {
-        Self::new(model, Kind::Momentum, known, training)
+        Self::new(model, TorqueSource::Momentum, known, training)
     }
 
     /// A momentum observer whose noise is known.
-    pub(super) fn known(model: &'m Model, known: Known, noise: &[f64]) -> Self {
-        Self { model, kind: Kind::Momentum, known, noise: noise.to_vec() }
+    pub(super) fn known(model: &'m Model, known: FixedModel, noise: &[f64]) -> Self {
+        Self { model, kind: TorqueSource::Momentum, known, noise: noise.to_vec() }
     }
 
     /// Standard deviation of the external torques without contact [N m].
@@ -84,7 +93,7 @@ impl<'m> Estimator<'m> {
     }
 
     /// External joint torques, row by row (n_samples × n) [N m].
-    fn torques(&self, trajectory: &Telemetry) -> Result<Vec<f64>, BadInput> {
+    fn torques(&self, trajectory: &ServoForceTelemetry) -> Result<Vec<f64>, BadInput> {
         let n = self.model.n_joints();
         let mut torque: Vec<f64> = (0..trajectory.position.len())
             .map(|at| {
@@ -101,11 +110,11 @@ impl<'m> Estimator<'m> {
         let body = RigidBody::new(self.model);
         let friction = self.known.friction.clone();
         let mut observer: Box<dyn Observer> = match self.kind {
-            Kind::InverseDynamics => {
+            TorqueSource::InverseDynamics => {
                 let smoothing = LowPass::new(2, CUTOFF, trajectory.rate())?;
-                Box::new(InverseDynamics::new(body, friction, smoothing))
+                Box::new(FilteredInverseDynamics::new(body, friction, smoothing))
             }
-            Kind::Momentum => {
+            TorqueSource::Momentum => {
                 // Momentum changes by the mean torque since the row before.
                 for at in (n..torque.len()).rev() {
                     torque[at] = 0.5 * (torque[at] + torque[at - n]);
@@ -121,10 +130,10 @@ impl<'m> Estimator<'m> {
     ///
     /// # Errors
     /// `BadInput` where the model has no tip, or rows come too seldom for the filter.
-    pub fn forces(&self, trajectory: &Telemetry) -> Result<Vec<[f64; 3]>, BadInput> {
+    pub fn forces(&self, trajectory: &ServoForceTelemetry) -> Result<Vec<[f64; 3]>, BadInput> {
         let n = self.model.n_joints();
         let frame = self.model.frame(TIP)?;
-        let mut tip = TipForce::new(self.model, frame, &self.noise, Belief::Force(BELIEF));
+        let mut tip = TipForceEstimator::new(self.model, frame, &self.noise, ContactPrior::Force(BELIEF));
         let torques = self.torques(trajectory)?;
         let rows = trajectory.position.chunks(n).zip(torques.chunks(n));
         let force = |(q, torque): (&[f64], &[f64])| {
@@ -139,8 +148,8 @@ impl<'m> Estimator<'m> {
 #[derive(Debug, Clone)]
 pub struct DriveObserver<'m> {
     observer: MomentumObserver<RigidBody<'m>>,
-    tip: TipForce<'m>,
-    known: Known,
+    tip: TipForceEstimator<'m>,
+    known: FixedModel,
     period: f64,
     is_started: bool,
     /// Torques of the motors at the sample before, now, and their mean [N m].
@@ -182,7 +191,7 @@ impl<'m> DriveObserver<'m> {
         for ((mean, now), before) in mean.iter_mut().zip(now.iter()).zip(before.iter()) {
             *mean = 0.5 * (now + before);
         }
-        let sample = Sample { period: self.period, position, velocity, torque: mean };
+        let sample = ArmSample { period: self.period, position, velocity, torque: mean };
         self.observer.update(&sample, &mut self.external);
         self.tip.update(position, &self.external);
         [self.tip.force[0], self.tip.force[1], self.tip.force[2]]
@@ -208,8 +217,8 @@ impl<'m> DriveObserver<'m> {
 ///
 /// # Errors
 /// `BadInput` where the model has no tip.
-pub fn tip_force<'m>(model: &'m Model, noise: &[f64]) -> Result<TipForce<'m>, BadInput> {
-    Ok(TipForce::new(model, model.frame(TIP)?, noise, Belief::Force(BELIEF)))
+pub fn tip_force<'m>(model: &'m Model, noise: &[f64]) -> Result<TipForceEstimator<'m>, BadInput> {
+    Ok(TipForceEstimator::new(model, model.frame(TIP)?, noise, ContactPrior::Force(BELIEF)))
 }
 
 #[cfg(test)]
@@ -219,10 +228,10 @@ mod tests {
     use hysteron_base::json;
 
     use super::*;
-    use crate::servo_force::{Observers, observed_arm};
+    use crate::servo_force::{BaselineObservers, observed_arm};
 
     /// Waves of all joints under a drive without friction, sampled evenly.
-    fn motion(n_samples: usize) -> Telemetry {
+    fn motion(n_samples: usize) -> ServoForceTelemetry {
         let (n, period) = (4, 0.017);
         let wave = |row: usize, k: usize| {
             let phase = (0.9 + 0.3 * k as f64) * period * row as f64;
@@ -231,7 +240,7 @@ mod tests {
         let all = |of: &dyn Fn(usize, usize) -> f64| {
             (0..n_samples).flat_map(|row| (0..n).map(move |k| (row, k))).map(|(row, k)| of(row, k)).collect()
         };
-        Telemetry {
+        ServoForceTelemetry {
             n_joints: n,
             time: (0..n_samples).map(|row| period * row as f64).collect(),
             periods: vec![period; n_samples],
@@ -248,7 +257,7 @@ mod tests {
     fn a_drive_sample_by_sample_is_that_of_whole_trajectories_and_of_its_file() {
         let model = observed_arm(&Model::builtin("open-manipulator-x").unwrap(), 4).unwrap();
         let training = [motion(600)];
-        let observers = Observers::identify(&model, &training).unwrap();
+        let observers = BaselineObservers::identify(&model, &training).unwrap();
         let drive = observers.drive.clone();
         drive.check(4).unwrap();
         let read: ServoDrive = json::from_text(json::to_line(&drive).unwrap()).unwrap();

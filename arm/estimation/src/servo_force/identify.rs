@@ -5,8 +5,8 @@ use hysteron_actuator::law::{Law, SymmetricStribeck};
 use hysteron_actuator::{CatalogueDrive, Motor};
 use hysteron_base::BadInput;
 
-use super::Telemetry;
-use super::drive::{Known, ServoDrive};
+use super::ServoForceTelemetry;
+use super::drive::{FixedModel, ServoDrive};
 use crate::observer::{FrictionModel, LowSpeed, MotorTorque};
 use hysteron_arm_dynamics::{Data, Model, dense, inverse_dynamics};
 
@@ -31,7 +31,10 @@ struct JointRows {
 }
 
 /// Parameters of all methods: ID-Linear and GMO-linear, ID-Friction; GMO-drive but for its noise.
-pub(super) fn identify(model: &Model, training: &[Telemetry]) -> Result<([Known; 2], ServoDrive), BadInput> {
+pub(super) fn identify(
+    model: &Model,
+    training: &[ServoForceTelemetry],
+) -> Result<([FixedModel; 2], ServoDrive), BadInput> {
     let n = model.n_joints();
     let mut rows: Vec<JointRows> = (0..n).map(|_| JointRows::new()).collect();
     for trajectory in training {
@@ -66,13 +69,13 @@ pub(super) fn identify(model: &Model, training: &[Telemetry]) -> Result<([Known;
         noise: vec![1.0; n],
     };
     let known = [
-        Known { motors: linear, friction: FrictionModel::none(n) },
-        Known { motors, friction: FrictionModel::new(laws, LowSpeed::Linear(MIN_MOVING_SPEED_RAD_S)) },
+        FixedModel { motors: linear, friction: FrictionModel::none(n) },
+        FixedModel { motors, friction: FrictionModel::new(laws, LowSpeed::Linear(MIN_MOVING_SPEED_RAD_S)) },
     ];
     Ok((known, servo))
 }
 
-fn append(model: &Model, trajectory: &Telemetry, rows: &mut [JointRows]) -> Result<(), BadInput> {
+fn append(model: &Model, trajectory: &ServoForceTelemetry, rows: &mut [JointRows]) -> Result<(), BadInput> {
     let (n, n_samples) = (model.n_joints(), trajectory.n_samples());
     let filter = LowPass::new(2, CUTOFF, trajectory.rate())?;
     let smooth = |of: &[f64], joint: usize| filter.zero_phase(&trajectory.column(of, joint));

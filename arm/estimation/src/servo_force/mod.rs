@@ -1,17 +1,17 @@
 //! Force at the tip of an arm from what its servos report: motors, friction and noise are identified on contact-free motion of the same
 //! arm, then external torques of an observer go to the tip.
 
+mod baselines;
 mod drive;
 mod estimator;
 mod identify;
-mod rivals;
 mod telemetry;
 
+pub use baselines::{BaselineObservers, LinearDrive};
 pub use drive::{STANDS, ServoDrive};
-pub use rivals::{LinearDrive, Observers};
-pub use telemetry::Telemetry;
+pub use telemetry::ServoForceTelemetry;
 
-pub use estimator::{DriveObserver, Estimator, GAIN, estimators, tip_force};
+pub use estimator::{DriveObserver, ForceEstimator, GAIN, estimators, tip_force};
 
 use hysteron_actuator::CatalogueDrive;
 use hysteron_base::BadInput;

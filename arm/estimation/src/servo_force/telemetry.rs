@@ -2,11 +2,11 @@
 
 use hysteron_base::{BadInput, Recording};
 
-use crate::{Quantity, Recorded};
+use crate::{ArmRecording, JointQuantityKind};
 
 /// A trajectory, row by row.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Telemetry {
+pub struct ServoForceTelemetry {
     /// Number of joints n.
     pub n_joints: usize,
     /// [s].
@@ -27,13 +27,13 @@ pub struct Telemetry {
     pub is_labelled: Vec<bool>,
 }
 
-impl Telemetry {
+impl ServoForceTelemetry {
     /// The first `n_joints` joints of a recording with positions, speeds, currents, voltages and PWM.
     ///
     /// # Errors
     /// `BadInput` naming a channel that is missing, or fewer than 100 rows.
     pub fn of(recording: &Recording, n_joints: usize) -> Result<Self, BadInput> {
-        let recorded = Recorded::of(recording)?;
+        let recorded = ArmRecording::of(recording)?;
         let n_samples = recording.n_samples();
         if n_samples < MIN_ROWS {
             return Err(BadInput::new("recording", format!("{MIN_ROWS} rows"), n_samples.to_string()));
@@ -42,11 +42,11 @@ impl Telemetry {
             let found = recorded.joints.len().to_string();
             return Err(BadInput::new("recording", format!("{n_joints} joints"), found));
         }
-        let rows = |quantity: Quantity| -> Result<Vec<f64>, BadInput> {
+        let rows = |quantity: JointQuantityKind| -> Result<Vec<f64>, BadInput> {
             let columns = recorded.require(quantity)?;
             Ok((0..n_samples).flat_map(|row| columns[..n_joints].iter().map(move |c| c[row])).collect())
         };
-        let (supply, pwm) = (rows(Quantity::Voltage)?, rows(Quantity::Pwm)?);
+        let (supply, pwm) = (rows(JointQuantityKind::Voltage)?, rows(JointQuantityKind::Pwm)?);
         let time = recording.time().to_vec();
         let mean = (time[n_samples - 1] - time[0]) / (n_samples - 1) as f64;
         let periods = std::iter::once(mean).chain(time.windows(2).map(|pair| pair[1] - pair[0])).collect();
@@ -61,9 +61,9 @@ impl Telemetry {
         Ok(Self {
             n_joints,
             periods,
-            position: rows(Quantity::Position)?,
-            velocity: rows(Quantity::Velocity)?,
-            current: rows(Quantity::Current)?,
+            position: rows(JointQuantityKind::Position)?,
+            velocity: rows(JointQuantityKind::Velocity)?,
+            current: rows(JointQuantityKind::Current)?,
             voltage: supply.iter().zip(&pwm).map(|(volts, duty)| volts * duty).collect(),
             force: (0..n_samples).map(|row| [0, 1, 2].map(|axis| label(axis, row))).collect(),
             is_labelled: (0..n_samples).map(|row| (0..3).any(|axis| has_label(axis, row))).collect(),

@@ -32,7 +32,7 @@ fn moves_begin_and_end_at_rest_and_keep_their_limits() {
     let model = Model::builtin("three-link").unwrap();
     let limits = limits(&model);
     let (from, to) = ([0.0, 0.5, -0.3], [1.0, -0.5, 0.8]);
-    for law in [Law::Quintic, Law::Cycloid] {
+    for law in [MotionLaw::Quintic, MotionLaw::Cycloid] {
         let motion = PointToPoint::new(&model, [&from, &to], None, law, &limits).unwrap();
         assert_derivatives(&motion, 3);
         for joint in 0..3 {
@@ -59,7 +59,7 @@ fn moves_begin_and_end_at_rest_and_keep_their_limits() {
         assert_eq!(shorter.unwrap_err().place, "duration");
     }
     let refused = |from: &[f64], to: &[f64]| {
-        PointToPoint::new(&model, [from, to], None, Law::Quintic, &limits).unwrap_err().place
+        PointToPoint::new(&model, [from, to], None, MotionLaw::Quintic, &limits).unwrap_err().place
     };
     assert_eq!(refused(&from, &[0.0]), "to");
     assert_eq!(refused(&[f64::NAN, 0.0, 0.0], &to), "from");
@@ -73,7 +73,7 @@ fn the_cycloid_is_that_of_the_three_link_study() {
     let model = Model::builtin("three-link").unwrap();
     let (from, to, duration) = ([0.1, 0.2, 0.3], [0.6, -0.2, 0.5], 4.0);
     let motion =
-        PointToPoint::new(&model, [&from, &to], Some(duration), Law::Cycloid, &limits(&model)).unwrap();
+        PointToPoint::new(&model, [&from, &to], Some(duration), MotionLaw::Cycloid, &limits(&model)).unwrap();
     for (joint, t) in (0..3).flat_map(|joint| [0.3, 1.7, 3.9].map(|t| (joint, t))) {
         let full = 2.0 * std::f64::consts::PI;
         let way = (to[joint] - from[joint]) / duration;
@@ -112,11 +112,11 @@ fn exciting_trajectories_keep_their_limits_and_show_more() {
         let states = states_of(&model, motion, 100.0, Metadata::default()).unwrap();
         assert_eq!((states.n_samples(), states.rate_hz().map(f64::round)), (501, Some(100.0)));
         // Torques, on rows that the search did not see.
-        let wanted = Wanted { frame: 0, derivatives: false };
+        let wanted = DynamicsOutput { frame: 0, derivatives: false };
         let dynamics = dynamics_of_rows(&model, &states, wanted, Metadata::default()).unwrap();
         for (k, joint) in model.joints().iter().enumerate() {
             let of = |quantity| dynamics.require(&channel_name(&model, quantity, k)).unwrap();
-            for (tau, dq) in of(Quantity::Torque).iter().zip(of(Quantity::Velocity)) {
+            for (tau, dq) in of(JointQuantityKind::Torque).iter().zip(of(JointQuantityKind::Velocity)) {
                 let friction = joint.drive.damping * dq + joint.drive.dry_friction * dq.signum();
                 let limit = joint.drive.effort_limit.unwrap_or(f64::INFINITY);
                 assert!((tau + friction).abs() <= limit, "{name}: {tau} + {friction} beyond {limit}");

@@ -5,7 +5,7 @@ use hysteron_arm_estimation::identify::{
     BodyOptions, Determined, JointMotion, JointTerm, Smoothing, TorqueResponse, identify_bodies,
     identify_payload, pseudo_inertia,
 };
-use hysteron_arm_estimation::{ColumnMap, ImportOptions, Recorded, import};
+use hysteron_arm_estimation::{ArmRecording, ColumnMap, ImportOptions, import};
 use hysteron_base::{Metadata, rng};
 use hysteron_fuzz::recorded;
 use rand::RngExt;
@@ -229,7 +229,8 @@ fn panda_is_predicted_where_it_was_not_fitted() {
     let columns = Some(ColumnMap::named("panda-gaz").unwrap());
     let options = ImportOptions { columns, rate_hz: Some(1000.0), ..ImportOptions::default() };
     let imported = import(&folder, &options, Metadata::default()).unwrap();
-    let motion = JointMotion::of_recording(&Recorded::of(&imported.recording).unwrap(), &[], 4, 8.0).unwrap();
+    let motion =
+        JointMotion::of_recording(&ArmRecording::of(&imported.recording).unwrap(), &[], 4, 8.0).unwrap();
     let fingers = [("panda_finger_joint1", 0.0), ("panda_finger_joint2", 0.0)];
     let model = Model::builtin("panda").unwrap().with_locked(&fingers).unwrap();
     let cut = motion.n_samples() * 7 / 10;

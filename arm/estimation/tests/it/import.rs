@@ -30,7 +30,7 @@ fn import_text(
     text: &str,
     columns: &str,
     change: impl FnOnce(&mut ImportOptions),
-) -> Result<Imported, String> {
+) -> Result<ArmImport, String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.csv");
     std::fs::write(&path, text).unwrap();
@@ -55,7 +55,7 @@ pub(crate) fn log(row: usize, text: &str) -> String {
 fn columns_become_channels_in_si_from_time_zero() {
     let imported = import_text(&log(7, "5070,7,14,10,20,3.5"), COLUMNS, |_| ()).unwrap();
     let recording = &imported.recording;
-    let recorded = Recorded::of(recording).unwrap();
+    let recorded = ArmRecording::of(recording).unwrap();
     assert_eq!(recorded.joint_names, ["shoulder", "elbow"]);
     // Times of the file are rounded to eps, at 5 s.
     assert!(recorded.time[0] == 0.0 && (recorded.time[1] - 0.01).abs() < 5.0 * f64::EPSILON);
@@ -66,13 +66,13 @@ fn columns_become_channels_in_si_from_time_zero() {
     assert_eq!((force.values[7], force.values[8]), (3.5, 0.0));
     assert_eq!((force.labelled.unwrap()[7], force.labelled.unwrap()[8]), (1.0, 0.0));
     assert!(recorded.gap.iter().all(|gap| !gap) && recorded.joints[0].velocity.is_none());
-    assert_eq!(recorded.require(Quantity::Torque).unwrap_err().place, "tau_1_n_m");
+    assert_eq!(recorded.require(JointQuantityKind::Torque).unwrap_err().place, "tau_1_n_m");
 }
 
 #[test]
 fn a_missing_value_is_interpolated_and_its_row_a_gap() {
     let imported = import_text(&log(7, "5070,-999,14,10,20,-1000"), COLUMNS, |_| ()).unwrap();
-    let recorded = Recorded::of(&imported.recording).unwrap();
+    let recorded = ArmRecording::of(&imported.recording).unwrap();
     assert!((recorded.joints[0].position.unwrap()[7] - 7.0_f64.to_radians()).abs() < 1e-15);
     let gaps: Vec<usize> = (0..50).filter(|row| recorded.gap[*row]).collect();
     assert_eq!(gaps, [7]);
@@ -90,7 +90,7 @@ fn uneven_times_are_resampled_and_holes_are_gaps() {
     });
     let text = format!("{HEADER}{}", rows.collect::<String>());
     let imported = import_text(&text, COLUMNS, |_| ()).unwrap();
-    let recorded = Recorded::of(&imported.recording).unwrap();
+    let recorded = ArmRecording::of(&imported.recording).unwrap();
     let rate = imported.recording.rate_hz().unwrap();
     assert!((rate - 100.0).abs() < 20.0, "{rate}");
     let q = recorded.joints[0].position.unwrap();
@@ -155,7 +155,7 @@ fn joints_are_counted() {
     let path = folder.path().join("log.csv");
     std::fs::write(&path, log(99, "")).unwrap();
     let columns = Some(ColumnMap::parse(COLUMNS, "test").unwrap());
-    let known = ArmKnown { model: Some(&panda), ..Default::default() };
+    let known = ArmProperties { model: Some(&panda), ..Default::default() };
     let options = ImportOptions { columns, arm: known, ..Default::default() };
     let error = import(&path, &options, Metadata::default()).unwrap_err().to_string();
     assert!(error.contains("joints: expected 9, as \"panda\" has, got 2"), "{error}");
@@ -276,14 +276,14 @@ fn an_episode_of_lerobot_is_read_once_its_unit_is_said() {
     let columns = Some(ColumnMap::named("lerobot-deg").unwrap());
     let all = ImportOptions {
         columns,
-        arm: ArmKnown { unit_check: UnitCheck::Accept, ..Default::default() },
+        arm: ArmProperties { unit_check: UnitCheck::Accept, ..Default::default() },
         ..Default::default()
     };
     let error = read(&all).unwrap_err().to_string();
     assert!(error.contains("row 51: time") && error.contains("--where episode_index=0"), "{error}");
     let filter = Some(RowFilter { column: "episode_index".into(), value: "1".into() });
     let imported = read(&ImportOptions { filter, ..all.clone() }).unwrap();
-    let recorded = Recorded::of(&imported.recording).unwrap();
+    let recorded = ArmRecording::of(&imported.recording).unwrap();
     assert_eq!((recorded.joints.len(), recorded.time.len()), (2, 50));
     assert_eq!(recorded.joints[1].position.unwrap()[3], (-53.0_f64).to_radians());
     assert_eq!(recorded.joints[0].goal.unwrap()[3], 54.0_f64.to_radians());
@@ -326,7 +326,7 @@ fn a_log_of_bam_holds_its_servo_and_its_pendulum() {
     std::fs::write(&path, log("xl330", &entries.join(","))).unwrap();
     let read = || import(&path, &ImportOptions::default(), Metadata::default());
     let imported = read().unwrap();
-    let recorded = Recorded::of(&imported.recording).unwrap();
+    let recorded = ArmRecording::of(&imported.recording).unwrap();
     let joint = recorded.joints[0];
     // A register of 16 bits with sign: 65535 is -1.
     assert_eq!(joint.pwm.unwrap()[2..4], [1.0, -1.0 / 885.0]);
@@ -341,7 +341,7 @@ fn a_log_of_bam_holds_its_servo_and_its_pendulum() {
     std::fs::write(&path, log("sts3250", &entries.join(","))).unwrap();
     let imported = read().unwrap();
     assert_eq!(imported.columns, "bam-feetech");
-    assert!(Recorded::of(&imported.recording).unwrap().joints[0].pwm.is_none());
+    assert!(ArmRecording::of(&imported.recording).unwrap().joints[0].pwm.is_none());
     for (text, part) in [
         ("[1, 2]".to_owned(), "a log of bam"),
         ("{}".to_owned(), "samples under \"entries\""),
@@ -368,7 +368,7 @@ fn currents_that_a_log_leaves_out_follow_from_the_voltage_on_the_motor() {
     let read = |log: String| {
         std::fs::write(&path, log).unwrap();
         let options = ImportOptions {
-            arm: ArmKnown { drive: Some(&drive), ..Default::default() },
+            arm: ArmProperties { drive: Some(&drive), ..Default::default() },
             ..Default::default()
         };
         import(&path, &options, Metadata::default())
@@ -457,7 +457,7 @@ fn public_recordings_are_read_as_they_are() {
         let Some(path) = recorded(name, &format!("arms/{what}")) else { continue };
         let recording = imported(&path, columns);
         let found = recording.rate_hz().unwrap();
-        assert_eq!(Recorded::of(&recording).unwrap().joints.len(), joints, "{what}");
+        assert_eq!(ArmRecording::of(&recording).unwrap().joints.len(), joints, "{what}");
         assert!((found - rate).abs() < 0.03 * rate, "{what}: {found} Hz");
         // As many as the time at that rate holds.
         let n = recording.n_samples() as f64;

@@ -20,7 +20,7 @@ fn damping(model: &Model, dq: &[f64]) -> Vec<f64> {
 }
 
 /// The reference states of the Panda, with accelerations or with the torques of drives that damping takes its part of.
-fn states(given: Quantity) -> (Model, Recording) {
+fn states(given: JointQuantityKind) -> (Model, Recording) {
     let (model, reference) = (model("panda"), reference("panda"));
     let mut channels = Vec::new();
     let driven: Vec<Vec<f64>> = reference
@@ -29,12 +29,12 @@ fn states(given: Quantity) -> (Model, Recording) {
         .map(|s| s.tau.iter().zip(damping(&model, &s.v)).map(|(tau, damped)| tau + damped).collect())
         .collect();
     for (quantity, rows) in [
-        (Quantity::Position, reference.states.iter().map(|s| &s.q).collect::<Vec<_>>()),
-        (Quantity::Velocity, reference.states.iter().map(|s| &s.v).collect()),
+        (JointQuantityKind::Position, reference.states.iter().map(|s| &s.q).collect::<Vec<_>>()),
+        (JointQuantityKind::Velocity, reference.states.iter().map(|s| &s.v).collect()),
         (
             given,
             match given {
-                Quantity::Torque => driven.iter().collect(),
+                JointQuantityKind::Torque => driven.iter().collect(),
                 _ => reference.states.iter().map(|s| &s.a).collect(),
             },
         ),
@@ -50,22 +50,32 @@ fn states(given: Quantity) -> (Model, Recording) {
 #[test]
 fn a_table_holds_what_the_reference_holds() {
     let reference = reference("panda");
-    for (given, result) in
-        [(Quantity::Acceleration, Quantity::Torque), (Quantity::Torque, Quantity::Acceleration)]
-    {
+    for (given, result) in [
+        (JointQuantityKind::Acceleration, JointQuantityKind::Torque),
+        (JointQuantityKind::Torque, JointQuantityKind::Acceleration),
+    ] {
         let (model, states) = states(given);
         let frame = model.frame(&reference.tip_frame).unwrap();
-        let table =
-            dynamics_of_rows(&model, &states, Wanted { frame, derivatives: true }, Metadata::default())
-                .unwrap();
+        let table = dynamics_of_rows(
+            &model,
+            &states,
+            DynamicsOutput { frame, derivatives: true },
+            Metadata::default(),
+        )
+        .unwrap();
         let rows = joint_rows(&model, &table, result).unwrap().unwrap();
         for (s, (state, row)) in reference.states.iter().zip(rows.chunks(9)).enumerate() {
-            let expected =
-                if result == Quantity::Torque { &state.inverse_dynamics } else { &state.forward_dynamics };
+            let expected = if result == JointQuantityKind::Torque {
+                &state.inverse_dynamics
+            } else {
+                &state.forward_dynamics
+            };
             // The reference has no damping; torques of drives have it.
             let damped = damping(&model, &state.v);
             let row: Vec<f64> = match result {
-                Quantity::Torque => row.iter().zip(&damped).map(|(tau, damped)| tau - damped).collect(),
+                JointQuantityKind::Torque => {
+                    row.iter().zip(&damped).map(|(tau, damped)| tau - damped).collect()
+                }
                 _ => row.to_vec(),
             };
             assert_close("result", &row, expected, 1e-9);
@@ -79,7 +89,7 @@ fn a_table_holds_what_the_reference_holds() {
             assert!((speed - state.tip_jacobian_world_aligned[1][3]).abs() < 1e-9);
         }
         assert_eq!(table.meta().extra["joint_names"].split(", ").count(), 9);
-        if result == Quantity::Acceleration {
+        if result == JointQuantityKind::Acceleration {
             for (s, state) in reference.states.iter().enumerate() {
                 // A joint that turns by one that slides, and the other way round; the whole of it is tested with the algorithms.
                 for (name, expected) in [
@@ -109,7 +119,7 @@ fn a_table_holds_what_the_reference_holds() {
 
 #[test]
 fn states_that_do_not_fit_are_refused() {
-    let (model, states) = states(Quantity::Torque);
+    let (model, states) = states(JointQuantityKind::Torque);
     let without = |name: &str| {
         let kept = states.channels().iter().filter(|channel| !channel.name.starts_with(name));
         recording(kept.map(|channel| (channel.name.clone(), channel.values.clone())).collect())
@@ -125,10 +135,14 @@ fn states_that_do_not_fit_are_refused() {
         (without("tau_"), "neither"),
         (with("q_10_m"), "9 joints, as \"panda\" has"),
     ] {
-        let error =
-            dynamics_of_rows(&model, &states, Wanted { frame: 0, derivatives: false }, Metadata::default())
-                .unwrap_err()
-                .to_string();
+        let error = dynamics_of_rows(
+            &model,
+            &states,
+            DynamicsOutput { frame: 0, derivatives: false },
+            Metadata::default(),
+        )
+        .unwrap_err()
+        .to_string();
         assert!(error.contains(expected), "{expected}: {error}");
     }
 }
@@ -139,10 +153,11 @@ fn a_motion_under_the_torques_of_gravity_stays_at_rest() {
     let start = [0.3, -0.4, 0.5];
     let mut weight = [0.0; 3];
     gravity_torque(&model, &mut Data::new(&model, 0.0), &start, &mut weight);
-    let channels = (0..3).map(|j| (channel_name(&model, Quantity::Torque, j), vec![weight[j]; 50])).collect();
+    let channels =
+        (0..3).map(|j| (channel_name(&model, JointQuantityKind::Torque, j), vec![weight[j]; 50])).collect();
     let torques = recording(channels);
     let motion = motion_under_torques(&model, &torques, &start, 4, Metadata::default()).unwrap();
-    let q = joint_rows(&model, &motion, Quantity::Position).unwrap().unwrap();
+    let q = joint_rows(&model, &motion, JointQuantityKind::Position).unwrap().unwrap();
     // An equilibrium that is unstable: rounding grows, little in half a second.
     assert_close("coordinates", &q[3 * 49..], &start, 1e-9);
     assert!(motion_under_torques(&model, &torques, &start[..2], 4, Metadata::default()).is_err());
@@ -166,18 +181,21 @@ fn torques_and_derivatives_are_those_of_pinocchio_in_every_unit() {
             Model::from_text_with(&robot_file(name), "r.urdf", None, &ReadOptions::default()).unwrap();
         let rows = expected[name]["rows"].as_array().unwrap();
         let column = |key: &str, joint: usize| rows.iter().map(|row| numbers(&row[key])[joint]).collect();
-        let channels =
-            [(Quantity::Position, "q"), (Quantity::Velocity, "dq"), (Quantity::Acceleration, "ddq")]
-                .iter()
-                .flat_map(|(quantity, key)| {
-                    (0..2)
-                        .map(|j| Channel::new(channel_name(&model, *quantity, j), column(key, j)))
-                        .collect::<Vec<_>>()
-                })
-                .collect();
+        let channels = [
+            (JointQuantityKind::Position, "q"),
+            (JointQuantityKind::Velocity, "dq"),
+            (JointQuantityKind::Acceleration, "ddq"),
+        ]
+        .iter()
+        .flat_map(|(quantity, key)| {
+            (0..2)
+                .map(|j| Channel::new(channel_name(&model, *quantity, j), column(key, j)))
+                .collect::<Vec<_>>()
+        })
+        .collect();
         let time = (0..rows.len()).map(|k| k as f64).collect();
         let states = Recording::new(time, channels, Vec::new(), Metadata::default()).unwrap();
-        let wanted = Wanted { frame: 0, derivatives: true };
+        let wanted = DynamicsOutput { frame: 0, derivatives: true };
         let table = dynamics_of_rows(&model, &states, wanted, Metadata::default()).unwrap();
         assert_eq!(table.channels().len() + 2, columns_of_dynamics(2, true, true));
         let [csv, parquet] = ["csv", "parquet"].map(|ending| folder.path().join(format!("{name}.{ending}")));
@@ -205,7 +223,7 @@ fn torques_and_derivatives_are_those_of_pinocchio_in_every_unit() {
             }
         }
         for joint in 0..2 {
-            let tau = table.require(&channel_name(&model, Quantity::Torque, joint)).unwrap();
+            let tau = table.require(&channel_name(&model, JointQuantityKind::Torque, joint)).unwrap();
             let expected: Vec<f64> = column("tau", joint);
             assert_close(name, tau, &expected, 1e-12);
         }

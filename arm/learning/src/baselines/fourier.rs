@@ -6,7 +6,7 @@ use rand::RngExt;
 use rayon::prelude::*;
 
 use super::states::StateUnits;
-use crate::lagrangian::Samples;
+use crate::lagrangian::ArmSamples;
 
 /// Samples whose features stand in memory at a time.
 const ROWS: usize = 256;
@@ -26,7 +26,7 @@ pub struct FourierFeatures {
 
 impl FourierFeatures {
     /// `n_features` features of this length, in spreads of `training`.
-    pub fn new(training: &Samples, n_features: usize, length: f64, seed: u64) -> Self {
+    pub fn new(training: &ArmSamples, n_features: usize, length: f64, seed: u64) -> Self {
         let n = training.n_joints;
         let mut rng = rng(seed, "arm/fourier");
         // Normal numbers by Box and Muller.
@@ -44,7 +44,7 @@ impl FourierFeatures {
         self.phases.len() + 1
     }
 
-    fn rows(&self, samples: &Samples, rows: &[usize], out: &mut Vec<f64>) {
+    fn rows(&self, samples: &ArmSamples, rows: &[usize], out: &mut Vec<f64>) {
         let n = self.n_joints;
         out.clear();
         let mut x = vec![0.0; 3 * n];
@@ -61,7 +61,7 @@ impl FourierFeatures {
     /// Sums of one trajectory each, towards `targets` [sample][joint]; every `stride`-th sample is taken.
     pub fn normal_equations(
         &self,
-        samples: &Samples,
+        samples: &ArmSamples,
         targets: &[f64],
         stride: usize,
     ) -> Vec<NormalEquations> {
@@ -82,7 +82,7 @@ impl FourierFeatures {
     }
 
     /// Outputs [sample][joint] with these weights.
-    pub fn predict(&self, weights: &[f64], samples: &Samples) -> Vec<f64> {
+    pub fn predict(&self, weights: &[f64], samples: &ArmSamples) -> Vec<f64> {
         let n = self.n_joints;
         let mut found = vec![0.0; samples.len() * n];
         found.par_chunks_mut(ROWS * n).enumerate().for_each(|(b, out)| {
@@ -102,7 +102,7 @@ mod tests {
 
     #[test]
     fn products_of_features_approach_the_gaussian_kernel() {
-        let mut samples = Samples::new(1);
+        let mut samples = ArmSamples::new(1);
         let q: Vec<f64> = (0..40).map(|i| (0.7 * f64::from(i)).sin()).collect();
         let dq: Vec<f64> = (0..40).map(|i| (1.9 * f64::from(i)).cos()).collect();
         samples.push([&q, &dq, &dq, &q], [&[], &[]]).unwrap();

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::selection::{Choice, FOLDS, GoesOn};
 use super::states::StateUnits;
-use crate::lagrangian::{Samples, Scores};
+use crate::lagrangian::{ArmSamples, TorqueScores};
 
 /// Samples that the factorisation bears: n³/3 operations and 8 n² bytes.
 pub const MAX_POINTS: usize = 2000;
@@ -39,7 +39,7 @@ impl GaussianProcess {
     /// Conditioned on `rows` of `samples` with `targets` [sample][joint]; one process for each noise, whose variances are in those of
     /// the targets.
     fn conditioned(
-        (samples, targets): (&Samples, &[f64]),
+        (samples, targets): (&ArmSamples, &[f64]),
         rows: &[usize],
         units: &StateUnits,
         length: f64,
@@ -85,7 +85,7 @@ impl GaussianProcess {
     }
 
     /// Mean torques [sample][joint].
-    pub fn predict(&self, samples: &Samples) -> Vec<f64> {
+    pub fn predict(&self, samples: &ArmSamples) -> Vec<f64> {
         let (n, n_points) = (self.n_joints, self.n_points());
         let mut found = vec![0.0; samples.len() * n];
         found.par_chunks_mut(ROWS * n).enumerate().for_each(|(b, out)| {
@@ -114,7 +114,7 @@ pub struct GaussianFit {
 }
 
 /// Evenly spread samples of these trajectories, at most `most`.
-fn spread(samples: &Samples, trajectories: &[usize], most: usize) -> Vec<usize> {
+fn spread(samples: &ArmSamples, trajectories: &[usize], most: usize) -> Vec<usize> {
     let all: Vec<usize> = trajectories.iter().flat_map(|t| samples.trajectories[*t].clone()).collect();
     all.iter().copied().step_by(all.len().div_ceil(most).max(1)).collect()
 }
@@ -125,7 +125,7 @@ fn spread(samples: &Samples, trajectories: &[usize], most: usize) -> Vec<usize> 
 /// # Errors
 /// `BadInput` for fewer than two trajectories, or no length.
 pub fn fit_gaussian_process(
-    training: &Samples,
+    training: &ArmSamples,
     offset: &[f64],
     lengths: &[f64],
     most: usize,
@@ -158,7 +158,7 @@ pub fn fit_gaussian_process(
             // Errors of what is left are errors of the torques; those are normalised by the variance of the torques themselves.
             let variances = evaluated.variances(&scaled(&evaluated.tau));
             for (process, error) in processes.iter().zip(&mut errors) {
-                let scores = Scores::of(n, &rest, &process.predict(&evaluated));
+                let scores = TorqueScores::of(n, &rest, &process.predict(&evaluated));
                 let nmse = scores.mse.iter().zip(&variances).map(|(mse, variance)| mse / variance);
                 *error += nmse.sum::<f64>() / (n * folds.len()) as f64;
             }
@@ -191,7 +191,7 @@ mod tests {
     use crate::lagrangian::{Sinusoids, sinusoids};
     use hysteron_arm_dynamics::Model;
 
-    fn data(seed: u64) -> Samples {
+    fn data(seed: u64) -> ArmSamples {
         let model = Model::builtin("three-link").unwrap();
         let plan = Sinusoids { duration: 2.0, ..Sinusoids::published(8) };
         sinusoids(&model, &plan, seed, "gaussian").0
@@ -233,7 +233,7 @@ mod tests {
         let zeros = vec![0.0; training.tau.len()];
         let fit = fit_gaussian_process(&training, &zeros, &[2.0, 6.0], 400, &mut || true).unwrap().unwrap();
         assert_eq!(fit.process.n_points(), 400);
-        let nmse = |tau: &[f64]| Scores::of(3, &test.tau, tau).sum_nmse();
+        let nmse = |tau: &[f64]| TorqueScores::of(3, &test.tau, tau).sum_nmse();
         let fourier =
             fit_fourier(&training, &zeros, &[2.0, 6.0], (400, 2, 0), &mut || true).unwrap().unwrap();
         let [process, features] =

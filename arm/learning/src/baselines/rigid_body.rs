@@ -8,7 +8,7 @@ use hysteron_learn::Lbfgs;
 use hysteron_learn::ridge::{NormalEquations, predict};
 use rayon::prelude::*;
 
-use crate::lagrangian::Samples;
+use crate::lagrangian::ArmSamples;
 use hysteron_arm_dynamics::{Data, Model, regressor};
 
 /// Features of a joint in addition to the bodies'.
@@ -28,7 +28,7 @@ pub struct RigidFeatures<'m> {
 
 impl<'m> RigidFeatures<'m> {
     /// Joints are weighed by the spread of their torques in these samples.
-    pub fn new(model: &'m Model, training: &Samples) -> Self {
+    pub fn new(model: &'m Model, training: &ArmSamples) -> Self {
         let per_torque = training.deviations(&training.tau).into_iter().map(|s| 1.0 / s.max(1e-12)).collect();
         Self { model, per_torque }
     }
@@ -42,7 +42,7 @@ impl<'m> RigidFeatures<'m> {
     fn rows(
         &self,
         data: &mut Data<f64>,
-        samples: &Samples,
+        samples: &ArmSamples,
         range: std::ops::Range<usize>,
         out: &mut Vec<f64>,
     ) {
@@ -67,7 +67,7 @@ impl<'m> RigidFeatures<'m> {
     }
 
     /// Sums of one trajectory each; every `stride`-th sample is taken.
-    pub fn normal_equations(&self, samples: &Samples, stride: usize) -> Vec<NormalEquations> {
+    pub fn normal_equations(&self, samples: &ArmSamples, stride: usize) -> Vec<NormalEquations> {
         let n = self.model.n_joints();
         let of = |trajectory: &std::ops::Range<usize>| {
             let mut data = Data::new(self.model, 0.0);
@@ -85,7 +85,7 @@ impl<'m> RigidFeatures<'m> {
     }
 
     /// Torques [sample][joint] of these parameters.
-    pub fn predict(&self, parameters: &[f64], samples: &Samples) -> Vec<f64> {
+    pub fn predict(&self, parameters: &[f64], samples: &ArmSamples) -> Vec<f64> {
         let n = self.model.n_joints();
         let mut torques = vec![0.0; samples.len() * n];
         torques.par_chunks_mut(ROWS * n).enumerate().for_each(|(b, out)| {
@@ -220,7 +220,8 @@ mod tests {
         features.normal_equations(&samples, 4).iter().for_each(|part| sums.add_scaled(part, 1.0));
         let (other, _) = sinusoids(&model, &plan, 2, "test");
         let nmse = |parameters: &[f64]| {
-            crate::lagrangian::Scores::of(3, &other.tau, &features.predict(parameters, &other)).sum_nmse()
+            crate::lagrangian::TorqueScores::of(3, &other.tau, &features.predict(parameters, &other))
+                .sum_nmse()
         };
         // Least squares with a penalty of 1e-12 of the features' squares; the search ends where rounding does.
         let free = nmse(&sums.solve(1e-12));

@@ -4,7 +4,7 @@ use hysteron_base::BadInput;
 use hysteron_fit::folds;
 
 use super::{FourierFeatures, NormalEquations, RigidFeatures};
-use crate::lagrangian::{Samples, Scores};
+use crate::lagrangian::{ArmSamples, TorqueScores};
 
 /// Parts of the trajectories that are left out in turn.
 pub(super) const FOLDS: usize = 4;
@@ -64,14 +64,14 @@ pub fn choose_penalty(
 /// As [`choose_penalty`].
 pub fn fit_rigid_body(
     features: &RigidFeatures<'_>,
-    training: &Samples,
+    training: &ArmSamples,
     stride: usize,
     goes_on: GoesOn<'_>,
 ) -> Result<Option<(Vec<f64>, Choice, NormalEquations)>, BadInput> {
     let parts = features.normal_equations(training, stride);
     let errors = |weights: &[f64], test: &[usize]| {
         let part = training.select(test.iter().copied());
-        1.0 - Scores::of(part.n_joints, &part.tau, &features.predict(weights, &part)).mean_r2()
+        1.0 - TorqueScores::of(part.n_joints, &part.tau, &features.predict(weights, &part)).mean_r2()
     };
     let Some(choice) = choose_penalty(&parts, &errors, goes_on)? else { return Ok(None) };
     let sums = total(&parts, 0..parts.len());
@@ -97,7 +97,7 @@ pub struct FourierFit {
 /// # Errors
 /// As [`choose_penalty`].
 pub fn fit_fourier(
-    training: &Samples,
+    training: &ArmSamples,
     offset: &[f64],
     lengths: &[f64],
     (n_features, stride, seed): (usize, usize, u64),
@@ -117,7 +117,7 @@ pub fn fit_fourier(
             });
             let found = features.predict(weights, &part);
             let sum: Vec<f64> = found.iter().zip(offset).map(|(f, o)| f + o).collect();
-            1.0 - Scores::of(n, &part.tau, &sum).mean_r2()
+            1.0 - TorqueScores::of(n, &part.tau, &sum).mean_r2()
         };
         let Some(choice) = choose_penalty(&parts, &errors, goes_on)? else { return Ok(None) };
         if best.as_ref().is_none_or(|best| choice.validation < best.choice.validation) {

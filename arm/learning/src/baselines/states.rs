@@ -1,6 +1,6 @@
 //! States of an arm in units of their spread: what kernels measure distances in.
 
-use crate::lagrangian::Samples;
+use crate::lagrangian::ArmSamples;
 
 /// Mean and 1/σ of every number of a state (q, q̇, q̈) in training data.
 #[derive(Debug, Clone)]
@@ -11,7 +11,7 @@ pub(super) struct StateUnits {
 
 impl StateUnits {
     /// Those of `training`.
-    pub fn new(training: &Samples) -> Self {
+    pub fn new(training: &ArmSamples) -> Self {
         let n_joints = training.n_joints;
         let rows = training.len() as f64;
         let mut units = Vec::new();
@@ -30,7 +30,7 @@ impl StateUnits {
     }
 
     /// Writes the state of a sample, each number less its mean and over its spread, to `x` (3 n_joints).
-    pub fn write(&self, samples: &Samples, row: usize, x: &mut [f64]) {
+    pub fn write(&self, samples: &ArmSamples, row: usize, x: &mut [f64]) {
         let n = self.n_joints;
         for (k, values) in [&samples.q, &samples.dq, &samples.ddq].into_iter().enumerate() {
             for j in 0..n {

@@ -5,8 +5,8 @@ use std::path::Path;
 use hysteron_base::{BadInput, Error, Result, Table as NumericTable, file};
 
 use super::filter::{check_rate, differentiate, low_pass};
-use super::table::Table;
-use crate::lagrangian::{Decomposition, Samples};
+use super::table::TextTable;
+use crate::lagrangian::{ArmSamples, Decomposition};
 use hysteron_arm_dynamics::Model;
 
 /// A set with its published split, and the arm's kinematics.
@@ -15,9 +15,9 @@ pub struct RealSet {
     /// Name in tables.
     pub name: String,
     /// Trajectories to learn from, validation data included.
-    pub training: Samples,
+    pub training: ArmSamples,
     /// Trajectories that are never chosen by.
-    pub test: Samples,
+    pub test: ArmSamples,
     /// Cut-off of the low-pass filter of the velocities that were differentiated, or of all channels [Hz].
     pub cutoff: f64,
 }
@@ -27,7 +27,7 @@ const BAXTER_RATE: f64 = 100.0;
 const BAXTER_CUTOFF: f64 = 10.0;
 
 /// A recording of positions, velocities and torques, [sample][joint], at a constant rate [Hz].
-struct Recorded<'a> {
+struct DatasetRecording<'a> {
     q: &'a [f64],
     dq: &'a [f64],
     tau: &'a [f64],
@@ -51,8 +51,8 @@ fn by_joint(
 
 /// Adds a trajectory whose accelerations are differences of low-passed velocities; the velocities stay as they are.
 fn push_differentiated(
-    samples: &mut Samples,
-    recorded: &Recorded<'_>,
+    samples: &mut ArmSamples,
+    recorded: &DatasetRecording<'_>,
     cutoff: f64,
 ) -> std::result::Result<(), BadInput> {
     let n = samples.n_joints;
@@ -93,15 +93,15 @@ pub fn baxter(folder: &Path, test: &str, training: BaxterTraining) -> Result<Rea
     if training == BaxterTraining::Helical {
         names.retain(|name| name.starts_with("sin"));
     }
-    let read = |samples: &mut Samples, path: &Path| -> Result<()> {
-        let table = Table::read(path, ' ')?;
+    let read = |samples: &mut ArmSamples, path: &Path| -> Result<()> {
+        let table = TextTable::read(path, ' ')?;
         let columns = |what: &str| table.columns(&BAXTER_JOINTS.map(|joint| format!("{what}_left_{joint}")));
         let [q, dq, tau] = [columns("ang")?, columns("vel")?, columns("torq")?];
-        let recorded = Recorded { q: &q, dq: &dq, tau: &tau, rate: BAXTER_RATE };
+        let recorded = DatasetRecording { q: &q, dq: &dq, tau: &tau, rate: BAXTER_RATE };
         Ok(push_differentiated(samples, &recorded, BAXTER_CUTOFF)
             .map_err(|bad| bad.within(path.display()))?)
     };
-    let (mut all, mut unseen) = (Samples::new(7), Samples::new(7));
+    let (mut all, mut unseen) = (ArmSamples::new(7), ArmSamples::new(7));
     for name in &names {
         read(&mut all, &folder.join("train").join(name))?;
     }
@@ -117,7 +117,7 @@ const KUKA_CUTOFF: f64 = 10.0;
 /// # Errors
 /// A file that is missing or not as expected, naming it.
 pub fn kuka(folder: &Path) -> Result<RealSet> {
-    let read = |name: &str| -> Result<Samples> {
+    let read = |name: &str| -> Result<ArmSamples> {
         let path = folder.join(name);
         let within = |bad: BadInput| bad.within(path.display());
         let table = NumericTable::read(&path, None)?;
@@ -210,9 +210,9 @@ pub fn panda(folder: &Path) -> Result<RealSet> {
 const BLOCKS: usize = 8;
 
 /// A recording in blocks of time.
-fn blocks(n: usize, motion: [&[f64]; 4]) -> std::result::Result<Samples, BadInput> {
+fn blocks(n: usize, motion: [&[f64]; 4]) -> std::result::Result<ArmSamples, BadInput> {
     let rows = motion[0].len() / n;
-    let mut samples = Samples::new(n);
+    let mut samples = ArmSamples::new(n);
     for b in 0..BLOCKS {
         let part = n * (b * rows / BLOCKS)..n * ((b + 1) * rows / BLOCKS);
         samples.push(motion.map(|values| values.get(part.clone()).unwrap_or_default()), [&[], &[]])?;
@@ -242,15 +242,15 @@ fn check_times(times: &[f64]) -> std::result::Result<&[f64], BadInput> {
 /// A file that is missing or not as expected, naming it.
 /// # Reference
 /// Lutter, Ritter, Peters (2019), Deep Lagrangian networks; the data are those of their published code.
-pub fn characters(file: &Path) -> Result<[(Samples, Decomposition); 2]> {
-    let table = Table::read(file, ',')?;
+pub fn characters(file: &Path) -> Result<[(ArmSamples, Decomposition); 2]> {
+    let table = TextTable::read(file, ',')?;
     let columns = |name: &str, unit: &str| table.columns(&[1, 2].map(|j| format!("{name}_{j}_{unit}")));
     let motion =
         [columns("q", "rad")?, columns("dq", "rad_s")?, columns("ddq", "rad_s2")?, columns("tau", "nm")?];
     let momenta = [columns("p", "kg_m2_s")?, columns("pdot", "nm")?];
     let parts = [columns("inertial", "nm")?, columns("coriolis", "nm")?, columns("gravity", "nm")?];
     let labels = table.texts("label")?;
-    let mut sets = [(); 2].map(|()| (Samples::new(2), Decomposition::default()));
+    let mut sets = [(); 2].map(|()| (ArmSamples::new(2), Decomposition::default()));
     let mut start = 0;
     for end in 1..=labels.len() {
         if end < labels.len() && labels[end] == labels[start] {

@@ -7,13 +7,13 @@ use hysteron_base::{BadInput, file};
 use hysteron_base::Result;
 
 /// A text file of columns with a header.
-pub(crate) struct Table {
+pub(crate) struct TextTable {
     path: String,
     names: Vec<String>,
     rows: Vec<Vec<String>>,
 }
 
-impl Table {
+impl TextTable {
     /// Reads columns parted by `separator`.
     ///
     /// # Errors

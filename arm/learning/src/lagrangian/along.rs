@@ -3,14 +3,14 @@
 use hysteron_base::{BadInput, Channel, Metadata, Recording};
 
 use super::{LearnedBody, LearnedDynamics};
-use hysteron_arm_estimation::observer::{Dynamics, FrictionModel, MomentumObserver, Observer, Sample};
-use hysteron_arm_estimation::{Quantity, Recorded};
+use hysteron_arm_estimation::observer::{ArmSample, Dynamics, FrictionModel, MomentumObserver, Observer};
+use hysteron_arm_estimation::{ArmRecording, JointQuantityKind};
 
 /// These quantities of all joints, column by column.
 fn columns<'a, const N: usize>(
-    recorded: &Recorded<'a>,
+    recorded: &ArmRecording<'a>,
     n: usize,
-    quantities: [Quantity; N],
+    quantities: [JointQuantityKind; N],
 ) -> Result<[Vec<&'a [f64]>; N], BadInput> {
     if recorded.joints.len() != n {
         let expected = format!("{n} joints, as the model has");
@@ -30,8 +30,12 @@ impl LearnedDynamics {
     /// `BadInput` for states that are not there, or of another arm.
     pub fn torques_along(&self, states: &Recording, meta: Metadata) -> Result<Recording, BadInput> {
         let n = self.shape.n_joints();
-        let recorded = Recorded::of(states)?;
-        let motion = columns(&recorded, n, [Quantity::Position, Quantity::Velocity, Quantity::Acceleration])?;
+        let recorded = ArmRecording::of(states)?;
+        let motion = columns(
+            &recorded,
+            n,
+            [JointQuantityKind::Position, JointQuantityKind::Velocity, JointQuantityKind::Acceleration],
+        )?;
         let mut stream = self.stream();
         let mut found = vec![Vec::with_capacity(recorded.time.len()); n];
         let (mut rows, mut tau) = (motion.each_ref().map(|_| vec![0.0; n]), vec![0.0; n]);
@@ -42,7 +46,7 @@ impl LearnedDynamics {
             stream.torque([&rows[0], &rows[1], &rows[2]], &mut tau);
             found.iter_mut().zip(&tau).for_each(|(column, tau)| column.push(*tau));
         }
-        let name = |joint: usize| Quantity::Torque.channel(recorded.joints[joint].kind, joint);
+        let name = |joint: usize| JointQuantityKind::Torque.channel(recorded.joints[joint].kind, joint);
         let names: Vec<String> = (0..n).map(name).collect();
         let kept = states.channels().iter().filter(|channel| !names.contains(&channel.name)).cloned();
         let channels =
@@ -63,8 +67,12 @@ pub fn external_torques_along(
     meta: Metadata,
 ) -> Result<Recording, BadInput> {
     let n = body.n_joints();
-    let recorded = Recorded::of(recording)?;
-    let measured = columns(&recorded, n, [Quantity::Position, Quantity::Velocity, Quantity::Torque])?;
+    let recorded = ArmRecording::of(recording)?;
+    let measured = columns(
+        &recorded,
+        n,
+        [JointQuantityKind::Position, JointQuantityKind::Velocity, JointQuantityKind::Torque],
+    )?;
     let mut observer = MomentumObserver::new(body, FrictionModel::none(n), &vec![gain; n]);
     let mut found = vec![Vec::with_capacity(recorded.time.len()); n];
     let (mut now, mut external) = (measured.each_ref().map(|_| vec![0.0; n]), vec![0.0; n]);
@@ -79,13 +87,13 @@ pub fn external_torques_along(
         } else {
             // The first sample sets the state; its period counts for nothing.
             let period = if row == 0 { 1.0 } else { recorded.time[row] - recorded.time[row - 1] };
-            let sample = Sample { period, position: &now[0], velocity: &now[1], torque: &now[2] };
+            let sample = ArmSample { period, position: &now[0], velocity: &now[1], torque: &now[2] };
             observer.update(&sample, &mut external);
         }
         found.iter_mut().zip(&external).for_each(|(column, value)| column.push(*value));
     }
     let name = |joint: usize| {
-        Quantity::Torque.channel(recorded.joints[joint].kind, joint).replacen("tau", "tau_ext", 1)
+        JointQuantityKind::Torque.channel(recorded.joints[joint].kind, joint).replacen("tau", "tau_ext", 1)
     };
     let channels = found.into_iter().enumerate().map(|(joint, column)| Channel::new(name(joint), column));
     Recording::new(recorded.time.to_vec(), channels.collect(), recorded.gap.to_vec(), meta)

@@ -5,7 +5,7 @@
 
 use hysteron_learn::{ByParameters, Float, Mlp, MlpTape};
 
-use super::block::{Block, Term};
+use super::block::{SampleBlock, Term};
 
 /// Features, then further columns, row by row.
 fn join<T: Float>(features: &[T], width: usize, columns: &[(&[T], &[T])], out: &mut Vec<T>) {
@@ -66,7 +66,7 @@ impl<T: Float> Speeds<T> {
 
 /// An energy of (q, v) and what it needs for its derivatives.
 #[derive(Debug)]
-struct Energy<T> {
+struct BlackBoxEnergy<T> {
     tape: MlpTape<T>,
     width: usize,
     speeds: Speeds<T>,
@@ -78,7 +78,7 @@ struct Energy<T> {
     zeros: Vec<T>,
 }
 
-impl<T: Float> Energy<T> {
+impl<T: Float> BlackBoxEnergy<T> {
     fn new(mlp: &Mlp, (speeds, has_products): (&[f64], bool), scale: f64) -> Self {
         let [inputs, along, cotangents, zeros] = std::array::from_fn(|_| Vec::new());
         let per_speed = speeds.iter().map(|s| T::of(1.0 / s)).collect();
@@ -94,7 +94,7 @@ impl<T: Float> Energy<T> {
         }
     }
 
-    fn forward(&mut self, parameters: &[T], block: &Block<T>) {
+    fn forward(&mut self, parameters: &[T], block: &SampleBlock<T>) {
         let rows = block.features.chunks_exact(block.n_features()).zip(block.v.chunks_exact(block.n_joints));
         self.inputs.clear();
         for (features, v) in rows {
@@ -105,7 +105,7 @@ impl<T: Float> Energy<T> {
     }
 
     /// One more stream along (dq, dv).
-    fn push(&mut self, parameters: &[T], block: &Block<T>, dq: &[T], dv: &[T]) {
+    fn push(&mut self, parameters: &[T], block: &SampleBlock<T>, dq: &[T], dv: &[T]) {
         block.features_along(dq, &mut self.along);
         let n = block.n_joints;
         let motion = block.v.chunks_exact(n).zip(dv.chunks_exact(n));
@@ -129,11 +129,11 @@ impl<T: Float> Energy<T> {
 
 /// τ of a Lagrangian that is one network.
 #[derive(Debug)]
-pub(crate) struct BlackBoxLagrangian<T>(Energy<T>);
+pub(crate) struct BlackBoxLagrangian<T>(BlackBoxEnergy<T>);
 
 impl<T: Float> BlackBoxLagrangian<T> {
     pub fn new(mlp: &Mlp, speeds: &[f64], scale: f64) -> Self {
-        Self(Energy::new(mlp, (speeds, false), scale))
+        Self(BlackBoxEnergy::new(mlp, (speeds, false), scale))
     }
 }
 
@@ -142,7 +142,7 @@ impl<T: Float> Term<T> for BlackBoxLagrangian<T> {
         self.0.tape.prepare(parameters);
     }
 
-    fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
+    fn outputs(&mut self, parameters: &[T], block: &SampleBlock<T>, out: &mut [T]) {
         let n = block.n_joints;
         let e = &mut self.0;
         e.forward(parameters, block);
@@ -158,7 +158,7 @@ impl<T: Float> Term<T> for BlackBoxLagrangian<T> {
         block.add_by_q(by_inputs, e.width, T::of(-1.0), out);
     }
 
-    fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], into: ByParameters<'_, T>) {
+    fn derivatives(&mut self, parameters: &[T], block: &SampleBlock<T>, w: &[T], into: ByParameters<'_, T>) {
         let e = &mut self.0;
         let mut zeros = std::mem::take(&mut e.zeros);
         zeros.resize(w.len(), T::default());
@@ -174,12 +174,12 @@ impl<T: Float> Term<T> for BlackBoxLagrangian<T> {
 
 /// τ and q̇ of a Hamiltonian that is one network.
 #[derive(Debug)]
-pub(crate) struct BlackBoxHamiltonian<T>(Energy<T>);
+pub(crate) struct BlackBoxHamiltonian<T>(BlackBoxEnergy<T>);
 
 impl<T: Float> BlackBoxHamiltonian<T> {
     /// It sees the products of every two momenta where it `has_products`.
     pub fn new(mlp: &Mlp, (momenta, has_products): (&[f64], bool), scale: f64) -> Self {
-        Self(Energy::new(mlp, (momenta, has_products), scale))
+        Self(BlackBoxEnergy::new(mlp, (momenta, has_products), scale))
     }
 }
 
@@ -188,7 +188,7 @@ impl<T: Float> Term<T> for BlackBoxHamiltonian<T> {
         self.0.tape.prepare(parameters);
     }
 
-    fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
+    fn outputs(&mut self, parameters: &[T], block: &SampleBlock<T>, out: &mut [T]) {
         let n = block.n_joints;
         let e = &mut self.0;
         e.forward(parameters, block);
@@ -205,7 +205,7 @@ impl<T: Float> Term<T> for BlackBoxHamiltonian<T> {
         }
     }
 
-    fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], into: ByParameters<'_, T>) {
+    fn derivatives(&mut self, parameters: &[T], block: &SampleBlock<T>, w: &[T], into: ByParameters<'_, T>) {
         let n = block.n_joints;
         let e = &mut self.0;
         let torques: Vec<T> = w.chunks_exact(2 * n).flat_map(|w| w[..n].to_vec()).collect();
@@ -246,7 +246,7 @@ impl<T: Float> Term<T> for FeedForward<T> {
         self.tape.prepare(parameters);
     }
 
-    fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
+    fn outputs(&mut self, parameters: &[T], block: &SampleBlock<T>, out: &mut [T]) {
         let columns = [(&block.v[..], &self.per_speed[..]), (&block.a[..], &self.per_acceleration[..])];
         join(&block.features, block.n_features(), &columns, &mut self.inputs);
         let found = self.tape.forward(parameters, &self.inputs);
@@ -255,7 +255,7 @@ impl<T: Float> Term<T> for FeedForward<T> {
         }
     }
 
-    fn derivatives(&mut self, parameters: &[T], _: &Block<T>, w: &[T], into: ByParameters<'_, T>) {
+    fn derivatives(&mut self, parameters: &[T], _: &SampleBlock<T>, w: &[T], into: ByParameters<'_, T>) {
         self.inputs.clear();
         self.inputs.extend(w.iter().zip(self.torque.iter().cycle()).map(|(w, scale)| *w * *scale));
         self.tape.reverse_parameters(parameters, &self.inputs, into);

@@ -13,7 +13,7 @@ pub(crate) enum Coordinate {
 
 /// Position features of networks: products of the two numbers of every joint, over some joints.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Features {
+pub(crate) struct PositionFeatures {
     coordinates: Vec<Coordinate>,
     /// Of every feature: joints with 0 for the first number (sin q), 1 for the second.
     factors: Vec<Vec<(usize, usize)>>,
@@ -21,7 +21,7 @@ pub(crate) struct Features {
     entries: Vec<(usize, usize)>,
 }
 
-impl Features {
+impl PositionFeatures {
     /// Products over up to `degree` joints: all first numbers, all second ones, then what has more factors.
     pub fn new(coordinates: Vec<Coordinate>, degree: usize) -> Self {
         let n = coordinates.len();
@@ -69,7 +69,7 @@ impl Features {
         }
     }
 
-    /// The two numbers of every joint in every row of `q` ([row][joint]), for [`Motion::numbers`].
+    /// The two numbers of every joint in every row of `q` ([row][joint]), for [`BlockMotion::numbers`].
     pub fn all_numbers(&self, q: &[f64]) -> Vec<[f64; 2]> {
         let joints = (0..self.coordinates.len()).cycle();
         joints.zip(q).map(|(joint, q)| self.numbers(joint, *q)).collect()
@@ -78,15 +78,15 @@ impl Features {
 
 /// Input series of a block, one entry per row.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Motion<'a> {
+pub(crate) struct BlockMotion<'a> {
     /// q, q̇, q̈, or of a Hamiltonian q, p, ṗ: each [row][joint].
     pub series: [&'a [f64]; 3],
-    /// [`Features::all_numbers`] of the positions where they are known: a training that sees its samples again and again takes their
+    /// [`PositionFeatures::all_numbers`] of the positions where they are known: a training that sees its samples again and again takes their
     /// sines once.
     pub numbers: Option<&'a [[f64; 2]]>,
 }
 
-impl<'a> From<[&'a [f64]; 3]> for Motion<'a> {
+impl<'a> From<[&'a [f64]; 3]> for BlockMotion<'a> {
     fn from(series: [&'a [f64]; 3]) -> Self {
         Self { series, numbers: None }
     }
@@ -94,10 +94,10 @@ impl<'a> From<[&'a [f64]; 3]> for Motion<'a> {
 
 /// Samples of one pass; arrays are [row][joint] unless they say otherwise.
 #[derive(Debug, Clone)]
-pub(crate) struct Block<T> {
+pub(crate) struct SampleBlock<T> {
     pub n_joints: usize,
     pub n_rows: usize,
-    inputs: Features,
+    inputs: PositionFeatures,
     /// q̇, or the momentum p of a Hamiltonian.
     pub v: Vec<T>,
     /// q̈, or ṗ of a Hamiltonian.
@@ -108,8 +108,8 @@ pub(crate) struct Block<T> {
     slopes: Vec<T>,
 }
 
-impl<T: Float> Block<T> {
-    pub fn new(inputs: Features) -> Self {
+impl<T: Float> SampleBlock<T> {
+    pub fn new(inputs: PositionFeatures) -> Self {
         let [v, a, features, slopes] = std::array::from_fn(|_| Vec::new());
         Self { n_joints: inputs.coordinates.len(), n_rows: 0, inputs, v, a, features, slopes }
     }
@@ -120,8 +120,12 @@ impl<T: Float> Block<T> {
     }
 
     /// Takes these rows of a motion.
-    pub fn gather<'a>(&mut self, motion: impl Into<Motion<'a>>, rows: impl Iterator<Item = usize> + Clone) {
-        let Motion { series, numbers } = motion.into();
+    pub fn gather<'a>(
+        &mut self,
+        motion: impl Into<BlockMotion<'a>>,
+        rows: impl Iterator<Item = usize> + Clone,
+    ) {
+        let BlockMotion { series, numbers } = motion.into();
         let n = self.n_joints;
         for values in [&mut self.v, &mut self.a, &mut self.features, &mut self.slopes] {
             values.clear();
@@ -222,9 +226,9 @@ pub(crate) trait Term<T>: Send {
     fn prepare(&mut self, parameters: &[T]);
 
     /// Writes the outputs of every row: torques [row][joint], and for a Hamiltonian [row][torques, then speeds].
-    fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]);
+    fn outputs(&mut self, parameters: &[T], block: &SampleBlock<T>, out: &mut [T]);
 
     /// Adds the derivatives of w · outputs of every row by the parameters, w [row][output] taken as constant. Comes after
     /// `outputs` of the same block and parameters, any number of times.
-    fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], into: ByParameters<'_, T>);
+    fn derivatives(&mut self, parameters: &[T], block: &SampleBlock<T>, w: &[T], into: ByParameters<'_, T>);
 }

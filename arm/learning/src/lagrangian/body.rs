@@ -5,8 +5,8 @@ use std::ops::Range;
 use hysteron_base::BadInput;
 
 use super::LearnedDynamics;
-use super::block::{Block, Term};
-use super::network::Kind;
+use super::block::{SampleBlock, Term};
+use super::network::TermKind;
 use super::structured::StructuredLagrangian;
 use hysteron_arm_estimation::observer::Dynamics;
 
@@ -18,7 +18,7 @@ pub struct LearnedBody {
     parameters: Vec<f64>,
     energies: (Range<usize>, StructuredLagrangian<f64>),
     others: Vec<(Range<usize>, Box<dyn Term<f64>>)>,
-    block: Block<f64>,
+    block: SampleBlock<f64>,
     zeros: Vec<f64>,
     unit: Vec<f64>,
     part: Vec<f64>,
@@ -31,7 +31,7 @@ impl LearnedDynamics {
     /// `BadInput` for models without a mass matrix of their own.
     pub fn body(&self) -> Result<LearnedBody, BadInput> {
         let (shape, layout) = (&self.shape, self.shape.layout());
-        let [(Kind::StructuredLagrangian, range), others @ ..] = &layout[..] else {
+        let [(TermKind::StructuredLagrangian, range), others @ ..] = &layout[..] else {
             let expected = "a model with a mass matrix of velocities";
             return Err(BadInput::new("model", expected, shape.variant.label())
                 .hint("structured-lagrangian, friction and augmented have one"));
@@ -39,7 +39,7 @@ impl LearnedDynamics {
         let n = shape.n_joints();
         let mut energies = shape.structured();
         energies.prepare(&self.parameters[range.clone()]);
-        let other = |(kind, range): &(Kind, Range<usize>)| {
+        let other = |(kind, range): &(TermKind, Range<usize>)| {
             let mut term = shape.term(*kind);
             term.prepare(&self.parameters[range.clone()]);
             (range.clone(), term)
@@ -48,7 +48,7 @@ impl LearnedDynamics {
             parameters: self.parameters.clone(),
             energies: (range.clone(), energies),
             others: others.iter().map(other).collect(),
-            block: Block::new(shape.features()),
+            block: SampleBlock::new(shape.features()),
             zeros: vec![0.0; n],
             unit: vec![0.0; n],
             part: vec![0.0; n],

@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Samples;
-use super::network::{Evaluator, Kind, NetworkShape};
+use super::ArmSamples;
+use super::network::{Evaluator, NetworkShape, TermKind};
 use super::objective::motion;
 
 /// Parts of the torques of samples, [sample][joint] [N m or N].
@@ -26,7 +26,7 @@ pub struct Decomposition {
 /// Of a model of velocities: gravity is its torque at rest, the inertial part is what q̈ adds at rest, and Coriolis torques are
 /// what q̇ adds without q̈; for a structured Lagrangian these are the terms of (4) exactly. Of a Hamiltonian: H is the inverse of
 /// ∂q̇/∂p, gravity its torque at p = 0, and Coriolis torques are what is left.
-pub fn decompose(shape: &NetworkShape, parameters: &[f64], samples: &Samples) -> Decomposition {
+pub fn decompose(shape: &NetworkShape, parameters: &[f64], samples: &ArmSamples) -> Decomposition {
     let all = || 0..samples.len();
     let zeros = vec![0.0; samples.q.len()];
     let mut evaluator = Evaluator::new(shape);
@@ -37,7 +37,7 @@ pub fn decompose(shape: &NetworkShape, parameters: &[f64], samples: &Samples) ->
     let torque = evaluator.outputs.clone();
     let is_mixed = evaluator.kinds().count() > 1;
     let other = if is_mixed { evaluator.parts[1].clone() } else { zeros.clone() };
-    debug_assert!(!is_mixed || evaluator.kinds().next() == Some(Kind::StructuredLagrangian));
+    debug_assert!(!is_mixed || evaluator.kinds().next() == Some(TermKind::StructuredLagrangian));
     let mut at = |v: &[f64], a: &[f64]| {
         evaluator.evaluate(parameters, [&samples.q, v, a], all());
         evaluator.parts[0].clone()
@@ -52,7 +52,7 @@ pub fn decompose(shape: &NetworkShape, parameters: &[f64], samples: &Samples) ->
 fn of_hamiltonian(
     shape: &NetworkShape,
     parameters: &[f64],
-    samples: &Samples,
+    samples: &ArmSamples,
     mut evaluator: Evaluator<f64>,
 ) -> Decomposition {
     let n = shape.n_joints();

@@ -3,7 +3,7 @@
 
 use hysteron_learn::{Activation, ByParameters, Float, Mlp, MlpTape};
 
-use super::side::{Form, SIDE, Side, of_row};
+use super::side::{FactorForm, SIDE, Side, of_row};
 
 /// ln(e − 1): the softplus of it is 1.
 const SHIFT: f64 = 0.541_324_854_612_918_1;
@@ -16,7 +16,7 @@ const SHIFT: f64 = 0.541_324_854_612_918_1;
 /// its bodies' velocities, whose entries are sums of products of sines and cosines; those of its Cholesky factor are not.
 #[derive(Debug)]
 pub(crate) struct Factor<T> {
-    form: Form,
+    form: FactorForm,
     tape: MlpTape<T>,
     /// d_i of every output of the network [√(kg m²)].
     scale: Vec<T>,
@@ -30,7 +30,7 @@ pub(crate) struct Factor<T> {
 
 /// Outputs of the network of a factor with so many dense columns.
 pub(crate) fn packed(n: usize, squares: usize) -> usize {
-    Form { n, squares }.len()
+    FactorForm { n, squares }.len()
 }
 
 impl<T: Float> Factor<T> {
@@ -41,11 +41,11 @@ impl<T: Float> Factor<T> {
         let scale = (0..n).flat_map(|i| vec![T::of(scale[i]); i + 1 + squares]).collect();
         let (tape, streams) = (MlpTape::new(mlp), std::array::from_fn(|_| Vec::new()));
         let (diagonal, cotangents) = (std::array::from_fn(|_| Vec::new()), Vec::new());
-        Self { form: Form { n, squares }, tape, scale, streams, n_streams: 0, diagonal, cotangents }
+        Self { form: FactorForm { n, squares }, tape, scale, streams, n_streams: 0, diagonal, cotangents }
     }
 
     /// Which elements L has.
-    pub fn form(&self) -> Form {
+    pub fn form(&self) -> FactorForm {
         self.form
     }
 
@@ -79,7 +79,7 @@ impl<T: Float> Factor<T> {
     }
 
     fn take_values(&mut self) {
-        let Form { n, .. } = self.form;
+        let FactorForm { n, .. } = self.form;
         let [x, y, d, dd] = &mut self.diagonal;
         x.clear();
         for raw in self.tape.outputs(0).chunks_exact(self.scale.len()) {

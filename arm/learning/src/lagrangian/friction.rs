@@ -2,7 +2,7 @@
 
 use hysteron_learn::{Activation, ByParameters, Float};
 
-use super::block::{Block, Term};
+use super::block::{SampleBlock, Term};
 
 /// Numbers of every joint: Coulomb, Stribeck, its width before the softplus, viscous.
 pub(crate) const PER_JOINT: usize = 4;
@@ -13,13 +13,13 @@ const SMOOTH: f64 = 0.01;
 
 /// τ_f = s [(C + S exp(−u²/v)) tanh(u/0.01) + d u], u = q̇/σ, v > 0.
 #[derive(Debug)]
-pub(crate) struct Friction<T> {
+pub(crate) struct StribeckTerm<T> {
     per_speed: Vec<T>,
     /// s of every joint [N m].
     torque: Vec<T>,
 }
 
-impl<T: Float> Friction<T> {
+impl<T: Float> StribeckTerm<T> {
     pub fn new(speeds: &[f64], torques: &[f64]) -> Self {
         Self {
             per_speed: speeds.iter().map(|v| T::of(1.0 / v)).collect(),
@@ -37,10 +37,10 @@ impl<T: Float> Friction<T> {
     }
 }
 
-impl<T: Float> Term<T> for Friction<T> {
+impl<T: Float> Term<T> for StribeckTerm<T> {
     fn prepare(&mut self, _: &[T]) {}
 
-    fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
+    fn outputs(&mut self, parameters: &[T], block: &SampleBlock<T>, out: &mut [T]) {
         let n = block.n_joints;
         for (i, out) in out.iter_mut().enumerate() {
             let j = i % n;
@@ -50,7 +50,13 @@ impl<T: Float> Term<T> for Friction<T> {
         }
     }
 
-    fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], mut into: ByParameters<'_, T>) {
+    fn derivatives(
+        &mut self,
+        parameters: &[T],
+        block: &SampleBlock<T>,
+        w: &[T],
+        mut into: ByParameters<'_, T>,
+    ) {
         let n = block.n_joints;
         into.begin(0..PER_JOINT * n);
         for (i, w) in w.iter().enumerate() {

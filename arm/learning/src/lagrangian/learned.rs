@@ -7,7 +7,7 @@ use hysteron_learn::{Result, read_parameters, read_parameters_kind, write_parame
 use serde_json::Value;
 
 use super::network::Evaluator;
-use super::{Decomposition, NetworkShape, Samples, decompose};
+use super::{ArmSamples, Decomposition, NetworkShape, decompose};
 use hysteron_arm_dynamics::JointKind;
 
 /// A trained model of inverse dynamics.
@@ -65,7 +65,7 @@ impl LearnedDynamics {
     ///
     /// # Errors
     /// `BadInput` where the samples have another number of joints, or others that slide, or no momenta where the model needs them.
-    pub fn decompose(&self, samples: &Samples) -> std::result::Result<Decomposition, BadInput> {
+    pub fn decompose(&self, samples: &ArmSamples) -> std::result::Result<Decomposition, BadInput> {
         let n = self.shape.n_joints();
         if samples.n_joints != n {
             return Err(BadInput::new(

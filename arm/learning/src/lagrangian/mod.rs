@@ -30,12 +30,12 @@ pub use body::LearnedBody;
 pub use decomposition::{Decomposition, decompose};
 pub use learned::{LearnedDynamics, TorqueStream};
 pub use network::{InputForm, NetworkShape, Scales, Variant};
-pub use objective::{TorqueObjective, Weights};
+pub use objective::{JointWeights, TorqueObjective};
 pub use recordings::samples_of;
-pub use samples::Samples;
-pub use scores::Scores;
+pub use samples::ArmSamples;
+pub use scores::TorqueScores;
 pub use simulated::{Sinusoids, sinusoids};
-pub use training::{Polish, StepDecay, Trained, TrainingOptions, train};
+pub use training::{Polish, StepDecay, TrainedLagrangian, TrainingOptions, train};
 
 /// Most joints of a model.
 pub(crate) const MAX_JOINTS: usize = 16;

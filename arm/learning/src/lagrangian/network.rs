@@ -8,11 +8,11 @@ use hysteron_learn::{Activation, ByParameters, Float, Mlp};
 use serde::{Deserialize, Serialize};
 
 use super::black_box::{BlackBoxHamiltonian, BlackBoxLagrangian, FeedForward};
-use super::block::{Block, Coordinate, Features, Motion, Term};
+use super::block::{BlockMotion, Coordinate, PositionFeatures, SampleBlock, Term};
 use super::factor::packed;
-use super::friction::{Friction, PER_JOINT};
+use super::friction::{PER_JOINT, StribeckTerm};
 use super::structured::{EnergyScales, EnergyShapes, StructuredHamiltonian, StructuredLagrangian};
-use super::{MAX_COLUMNS, MAX_JOINTS, Samples};
+use super::{ArmSamples, MAX_COLUMNS, MAX_JOINTS};
 
 /// Joints whose numbers are multiplied, at most.
 const MAX_DEGREE: usize = 4;
@@ -71,22 +71,22 @@ impl Variant {
         matches!(self, Self::StructuredHamiltonian | Self::BlackBoxHamiltonian)
     }
 
-    fn terms(self) -> &'static [Kind] {
+    fn terms(self) -> &'static [TermKind] {
         match self {
-            Self::StructuredLagrangian => &[Kind::StructuredLagrangian],
-            Self::BlackBoxLagrangian => &[Kind::BlackBoxLagrangian],
-            Self::StructuredHamiltonian => &[Kind::StructuredHamiltonian],
-            Self::BlackBoxHamiltonian => &[Kind::BlackBoxHamiltonian],
-            Self::FeedForward => &[Kind::FeedForward],
-            Self::Friction => &[Kind::StructuredLagrangian, Kind::Friction],
-            Self::Augmented => &[Kind::StructuredLagrangian, Kind::FeedForward],
+            Self::StructuredLagrangian => &[TermKind::StructuredLagrangian],
+            Self::BlackBoxLagrangian => &[TermKind::BlackBoxLagrangian],
+            Self::StructuredHamiltonian => &[TermKind::StructuredHamiltonian],
+            Self::BlackBoxHamiltonian => &[TermKind::BlackBoxHamiltonian],
+            Self::FeedForward => &[TermKind::FeedForward],
+            Self::Friction => &[TermKind::StructuredLagrangian, TermKind::Friction],
+            Self::Augmented => &[TermKind::StructuredLagrangian, TermKind::FeedForward],
         }
     }
 }
 
 /// Kind of a term.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum TermKind {
     StructuredLagrangian,
     BlackBoxLagrangian,
     StructuredHamiltonian,
@@ -125,7 +125,7 @@ impl Scales {
 
     /// Standard deviations of these samples; with products as inputs the mean mass matrix gives the scale of its factor, for spreads make that much too
     /// large on an arm whose gravity is large compared with its inertia.
-    pub fn of(samples: &Samples, variant: Variant, inputs: InputForm) -> Self {
+    pub fn of(samples: &ArmSamples, variant: Variant, inputs: InputForm) -> Self {
         let floor = |values: Vec<f64>| values.into_iter().map(|v| v.max(1e-9)).collect::<Vec<_>>();
         let torques = floor(samples.deviations(&samples.tau));
         let accelerations = floor(samples.deviations(&samples.ddq));
@@ -145,9 +145,9 @@ impl Scales {
 
     /// d_i = √h_ii, where h is the mean mass matrix: the slopes of τ on q̈ in a regression on q̈ and on the features of `inputs`, which take gravity away.
     /// A slope that is not positive leaves d_i as it was.
-    fn with_mean_inertia(mut self, samples: &Samples, variant: Variant, inputs: InputForm) -> Self {
+    fn with_mean_inertia(mut self, samples: &ArmSamples, variant: Variant, inputs: InputForm) -> Self {
         let n = samples.n_joints;
-        let mut block = Block::<f64>::new(inputs.features(coordinates(&samples.lengths())));
+        let mut block = SampleBlock::<f64>::new(inputs.features(coordinates(&samples.lengths())));
         let width = 1 + block.n_features() + n;
         let mut sums = NormalEquations::new(width, n);
         let motion = [&samples.q[..], &samples.dq, &samples.ddq];
@@ -218,12 +218,12 @@ impl InputForm {
         if joints == 0 { Self::SinesAndCosines } else { Self::Products(joints) }
     }
 
-    fn features(self, coordinates: Vec<Coordinate>) -> Features {
+    fn features(self, coordinates: Vec<Coordinate>) -> PositionFeatures {
         let degree = match self {
             Self::SinesAndCosines => 1,
             Self::Products(degree) => degree,
         };
-        Features::new(coordinates, degree)
+        PositionFeatures::new(coordinates, degree)
     }
 }
 
@@ -285,15 +285,17 @@ impl NetworkShape {
             [begin(&shapes.mass, "mass", 0.1), begin(&shapes.potential, "potential", 0.1)].concat()
         };
         let terms = self.layout().into_iter().map(|(kind, _)| match kind {
-            Kind::StructuredLagrangian | Kind::StructuredHamiltonian => energies(),
-            Kind::BlackBoxLagrangian | Kind::BlackBoxHamiltonian => begin(&self.energy(), "energy", 1.0),
-            Kind::FeedForward => begin(&self.torque(), "torque", 0.1),
-            Kind::Friction => [0.0, 0.0, 0.0, 0.0].repeat(n),
+            TermKind::StructuredLagrangian | TermKind::StructuredHamiltonian => energies(),
+            TermKind::BlackBoxLagrangian | TermKind::BlackBoxHamiltonian => {
+                begin(&self.energy(), "energy", 1.0)
+            }
+            TermKind::FeedForward => begin(&self.torque(), "torque", 0.1),
+            TermKind::Friction => [0.0, 0.0, 0.0, 0.0].repeat(n),
         });
         terms.collect::<Vec<_>>().concat()
     }
 
-    pub(crate) fn features(&self) -> Features {
+    pub(crate) fn features(&self) -> PositionFeatures {
         self.inputs.features(coordinates(&self.lengths))
     }
 
@@ -329,7 +331,7 @@ impl NetworkShape {
     }
 
     /// Where the parameters of every term stand.
-    pub(crate) fn layout(&self) -> Vec<(Kind, Range<usize>)> {
+    pub(crate) fn layout(&self) -> Vec<(TermKind, Range<usize>)> {
         let n = self.n_joints();
         let mut start = 0;
         self.variant
@@ -337,13 +339,15 @@ impl NetworkShape {
             .iter()
             .map(|kind| {
                 let len = match kind {
-                    Kind::StructuredLagrangian | Kind::StructuredHamiltonian => {
+                    TermKind::StructuredLagrangian | TermKind::StructuredHamiltonian => {
                         let shapes = self.energies();
                         shapes.mass.n_parameters() + shapes.potential.n_parameters()
                     }
-                    Kind::BlackBoxLagrangian | Kind::BlackBoxHamiltonian => self.energy().n_parameters(),
-                    Kind::FeedForward => self.torque().n_parameters(),
-                    Kind::Friction => PER_JOINT * n,
+                    TermKind::BlackBoxLagrangian | TermKind::BlackBoxHamiltonian => {
+                        self.energy().n_parameters()
+                    }
+                    TermKind::FeedForward => self.torque().n_parameters(),
+                    TermKind::Friction => PER_JOINT * n,
                 };
                 start += len;
                 (*kind, start - len..start)
@@ -361,20 +365,24 @@ impl NetworkShape {
         StructuredLagrangian::new(&self.energies(), &self.energy_scales())
     }
 
-    pub(crate) fn term<T: Float>(&self, kind: Kind) -> Box<dyn Term<T>> {
+    pub(crate) fn term<T: Float>(&self, kind: TermKind) -> Box<dyn Term<T>> {
         let Scales { speeds, accelerations, torques, energy, .. } = &self.scales;
         match kind {
-            Kind::StructuredLagrangian => Box::new(self.structured()),
-            Kind::StructuredHamiltonian => {
+            TermKind::StructuredLagrangian => Box::new(self.structured()),
+            TermKind::StructuredHamiltonian => {
                 Box::new(StructuredHamiltonian::new(&self.energies(), &self.energy_scales()))
             }
-            Kind::BlackBoxLagrangian => Box::new(BlackBoxLagrangian::new(&self.energy(), speeds, *energy)),
-            Kind::BlackBoxHamiltonian => {
+            TermKind::BlackBoxLagrangian => {
+                Box::new(BlackBoxLagrangian::new(&self.energy(), speeds, *energy))
+            }
+            TermKind::BlackBoxHamiltonian => {
                 let momenta = (&speeds[..], self.has_products_of_momenta());
                 Box::new(BlackBoxHamiltonian::new(&self.energy(), momenta, *energy))
             }
-            Kind::FeedForward => Box::new(FeedForward::new(&self.torque(), [speeds, accelerations, torques])),
-            Kind::Friction => Box::new(Friction::new(speeds, torques)),
+            TermKind::FeedForward => {
+                Box::new(FeedForward::new(&self.torque(), [speeds, accelerations, torques]))
+            }
+            TermKind::Friction => Box::new(StribeckTerm::new(speeds, torques)),
         }
     }
 }
@@ -386,12 +394,12 @@ fn coordinates(lengths: &[Option<f64>]) -> Vec<Coordinate> {
 }
 
 /// A term and where its parameters stand.
-type Placed<T> = (Kind, Range<usize>, Box<dyn Term<T>>);
+type PlacedTerm<T> = (TermKind, Range<usize>, Box<dyn Term<T>>);
 
 /// Scratch with which one thread evaluates a model on blocks of samples.
 pub(crate) struct Evaluator<T> {
-    terms: Vec<Placed<T>>,
-    pub block: Block<T>,
+    terms: Vec<PlacedTerm<T>>,
+    pub block: SampleBlock<T>,
     /// Of every term, [row][output].
     pub parts: Vec<Vec<T>>,
     /// Their sum.
@@ -432,7 +440,7 @@ impl<T: Float> Evaluator<T> {
         Self {
             parts: vec![Vec::new(); terms.len()],
             terms,
-            block: Block::new(shape.features()),
+            block: SampleBlock::new(shape.features()),
             outputs: Vec::new(),
             n_outputs: shape.n_outputs(),
             w: Vec::new(),
@@ -450,7 +458,7 @@ impl<T: Float> Evaluator<T> {
     pub fn evaluate<'a>(
         &mut self,
         parameters: &[T],
-        motion: impl Into<Motion<'a>>,
+        motion: impl Into<BlockMotion<'a>>,
         rows: impl Iterator<Item = usize> + Clone,
     ) {
         self.block.gather(motion, rows);
@@ -467,7 +475,7 @@ impl<T: Float> Evaluator<T> {
     }
 
     /// Whether a term is the network for what rigid bodies do not explain.
-    pub fn kinds(&self) -> impl Iterator<Item = Kind> {
+    pub fn kinds(&self) -> impl Iterator<Item = TermKind> {
         self.terms.iter().map(|(kind, ..)| *kind)
     }
 
@@ -493,7 +501,7 @@ impl<T: Float> Evaluator<T> {
         let is_augmented = self.terms.len() > 1 && targets.penalty > 0.0;
         for ((kind, range, term), part) in self.terms.iter_mut().zip(&self.parts) {
             let (parameters, into) = (&parameters[range.clone()], into.from(range.start));
-            if is_augmented && *kind == Kind::FeedForward {
+            if is_augmented && *kind == TermKind::FeedForward {
                 let weights = targets.weights.iter().cycle();
                 let mut w = self.w.clone();
                 for ((w, y), weight) in w.iter_mut().zip(part).zip(weights) {
@@ -523,7 +531,7 @@ impl<T: Float> Evaluator<T> {
 
     fn is_penalised(&self, penalty: f64) -> bool {
         penalty > 0.0
-            && self.terms.iter().any(|(kind, ..)| *kind == Kind::FeedForward)
+            && self.terms.iter().any(|(kind, ..)| *kind == TermKind::FeedForward)
             && self.terms.len() > 1
     }
 
@@ -543,7 +551,7 @@ impl<T: Float> Evaluator<T> {
             self.w.iter_mut().skip(j).step_by(m).for_each(|w| *w = T::of(factor.sqrt()));
             debug_assert!(is_error || m == n, "only models of torques are augmented");
             for (kind, range, term) in &mut self.terms {
-                if is_error || *kind == Kind::FeedForward {
+                if is_error || *kind == TermKind::FeedForward {
                     let values = &mut jacobian[residual * width..];
                     let mut into = ByParameters::Rows { values, width: k * width, start: 0 };
                     term.derivatives(

@@ -3,9 +3,9 @@
 use hysteron_learn::{ByParameters, Float, LeastSquares, Objective};
 use rayon::prelude::*;
 
-use super::block::Motion;
+use super::block::BlockMotion;
 use super::network::{Evaluator, NetworkShape, Targets};
-use super::{Samples, Variant};
+use super::{ArmSamples, Variant};
 
 /// Samples that go through a network at once.
 const ROWS: usize = 128;
@@ -17,8 +17,8 @@ const SUMMED: usize = 4096;
 /// The weighted mean squared error of a model on training samples, and its error on validation samples.
 pub struct TorqueObjective<'a, T> {
     shape: &'a NetworkShape,
-    training: &'a Samples,
-    validation: &'a Samples,
+    training: &'a ArmSamples,
+    validation: &'a ArmSamples,
     /// Position features of training and validation samples, computed once.
     numbers: [Vec<[f64; 2]>; 2],
     /// Of every squared error of an output, over the number of outputs.
@@ -35,7 +35,7 @@ pub struct TorqueObjective<'a, T> {
 /// How the errors of joints are weighed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Weights {
+pub enum JointWeights {
     /// All the same: (5).
     Equal,
     /// By the inverse variance of every joint's torque: (10).
@@ -43,7 +43,7 @@ pub enum Weights {
 }
 
 /// q, q̇, q̈ of a model of velocities, q, p, ṗ of one of momenta.
-pub(crate) fn motion(samples: &Samples, variant: Variant) -> [&[f64]; 3] {
+pub(crate) fn motion(samples: &ArmSamples, variant: Variant) -> [&[f64]; 3] {
     if variant.is_hamiltonian() {
         [&samples.q, &samples.momenta[0], &samples.momenta[1]]
     } else {
@@ -52,16 +52,16 @@ pub(crate) fn motion(samples: &Samples, variant: Variant) -> [&[f64]; 3] {
 }
 
 /// The same with what networks see of the positions.
-fn known_motion<'a>(samples: &'a Samples, variant: Variant, numbers: &'a [[f64; 2]]) -> Motion<'a> {
-    Motion { series: motion(samples, variant), numbers: Some(numbers) }
+fn known_motion<'a>(samples: &'a ArmSamples, variant: Variant, numbers: &'a [[f64; 2]]) -> BlockMotion<'a> {
+    BlockMotion { series: motion(samples, variant), numbers: Some(numbers) }
 }
 
 impl<'a, T: Float> TorqueObjective<'a, T> {
     /// `penalty` is λ of (10).
     pub fn new(
         shape: &'a NetworkShape,
-        [training, validation]: [&'a Samples; 2],
-        weights: Weights,
+        [training, validation]: [&'a ArmSamples; 2],
+        weights: JointWeights,
         penalty: f64,
     ) -> Self {
         let inverse = |values: &[f64]| training.variances(values).into_iter().map(|v| 1.0 / v.max(1e-20));
@@ -71,8 +71,8 @@ impl<'a, T: Float> TorqueObjective<'a, T> {
         }
         let n = per_variance.len() as f64;
         let of = |v: &f64| match weights {
-            Weights::Equal => 1.0,
-            Weights::InverseVariance => v / n,
+            JointWeights::Equal => 1.0,
+            JointWeights::InverseVariance => v / n,
         };
         let n_evaluators = rayon::current_num_threads().min(LANES);
         let evaluators = (0..n_evaluators).map(|_| Evaluator::new(shape)).collect();

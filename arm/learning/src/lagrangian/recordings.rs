@@ -2,9 +2,9 @@
 
 use hysteron_base::{BadInput, Recording};
 
-use super::Samples;
+use super::ArmSamples;
 use crate::datasets::{check_rate, differentiate, low_pass};
-use hysteron_arm_estimation::{Quantity, Recorded};
+use hysteron_arm_estimation::{ArmRecording, JointQuantityKind};
 
 /// Positions, velocities, accelerations and torques of a recording, in trajectories parted where samples are
 /// missing. Accelerations that are not recorded are central differences of velocities below `cutoff` [Hz].
@@ -12,15 +12,17 @@ use hysteron_arm_estimation::{Quantity, Recorded};
 /// # Errors
 /// `BadInput` for channels that are missing, a part too short for the filter, and a rate that positions and velocities
 /// contradict.
-pub fn samples_of(recording: &Recording, cutoff: f64) -> Result<Samples, BadInput> {
-    let recorded = Recorded::of(recording)?;
+pub fn samples_of(recording: &Recording, cutoff: f64) -> Result<ArmSamples, BadInput> {
+    let recorded = ArmRecording::of(recording)?;
     let n = recorded.joints.len();
-    let mut samples = Samples::of_joints(recorded.joints.iter().map(|joint| joint.kind).collect());
-    let [q, dq, tau] =
-        [Quantity::Position, Quantity::Velocity, Quantity::Torque].map(|of| recorded.require(of));
+    let mut samples = ArmSamples::of_joints(recorded.joints.iter().map(|joint| joint.kind).collect());
+    let [q, dq, tau] = [JointQuantityKind::Position, JointQuantityKind::Velocity, JointQuantityKind::Torque]
+        .map(|of| recorded.require(of));
     let (q, dq, tau) = (q?, dq?, tau?);
-    let ddq =
-        recorded.joints[0].acceleration.map(|_| recorded.require(Quantity::Acceleration)).transpose()?;
+    let ddq = recorded.joints[0]
+        .acceleration
+        .map(|_| recorded.require(JointQuantityKind::Acceleration))
+        .transpose()?;
     let mut start = 0;
     while start < recorded.time.len() {
         let is_gap = |i: &usize| recorded.gap.get(*i).copied().unwrap_or(false);

@@ -11,7 +11,7 @@ const SHORTEST: f64 = 1e-6;
 
 /// States and torques of an arm, trajectory after trajectory. Arrays are [sample][joint].
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Samples {
+pub struct ArmSamples {
     /// Joints.
     pub n_joints: usize,
     /// Which of them turn, and which slide.
@@ -30,7 +30,7 @@ pub struct Samples {
     pub trajectories: Vec<Range<usize>>,
 }
 
-impl Samples {
+impl ArmSamples {
     /// No samples yet, of joints that turn.
     pub fn new(n_joints: usize) -> Self {
         Self::of_joints(vec![JointKind::Revolute; n_joints])

@@ -1,10 +1,10 @@
 //! How well torques are predicted.
 
-use crate::lagrangian::Samples;
+use crate::lagrangian::ArmSamples;
 
 /// Errors of predicted torques.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scores {
+pub struct TorqueScores {
     /// Mean squared error of every joint [N² m²].
     pub mse: Vec<f64>,
     /// Mean squared error over variance, of every joint [-].
@@ -13,10 +13,10 @@ pub struct Scores {
     pub pooled_r2: f64,
 }
 
-impl Scores {
+impl TorqueScores {
     /// Of `predicted` against `measured`, both [sample][joint].
     pub fn of(n_joints: usize, measured: &[f64], predicted: &[f64]) -> Self {
-        let samples = Samples::new(n_joints);
+        let samples = ArmSamples::new(n_joints);
         let errors: Vec<f64> = measured.iter().zip(predicted).map(|(m, p)| p - m).collect();
         let rows = (measured.len() / n_joints) as f64;
         let mse: Vec<f64> = (0..n_joints)

@@ -14,7 +14,7 @@ pub(super) const SIDE: usize = 16;
 pub(super) type Side<T> = [T; SIDE];
 
 /// The factors of a product.
-type Pair<'a, T> = (&'a [Side<T>], &'a [Side<T>]);
+type FactorPair<'a, T> = (&'a [Side<T>], &'a [Side<T>]);
 
 /// Writes `values` ([row][`width`]) side by side.
 pub(super) fn put_side_by_side<T: Float>(values: &[T], width: usize, out: &mut Vec<Side<T>>) {
@@ -38,13 +38,13 @@ pub(super) fn of_row<T: Copy>(values: &[Side<T>], width: usize, row: usize, elem
 
 /// The elements of L = [T | R] that a network gives: n rows of a lower triangle, each followed by its part of some dense columns.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Form {
+pub(super) struct FactorForm {
     pub n: usize,
     /// Dense columns.
     pub squares: usize,
 }
 
-impl Form {
+impl FactorForm {
     /// Elements.
     pub fn len(self) -> usize {
         self.n * (self.n + 1) / 2 + self.n * self.squares
@@ -74,27 +74,35 @@ impl Form {
     }
 
     /// out = Σ Lᵀ v over pairs (L, v): [group][column].
-    pub fn transposed_times<T: Float, const N: usize>(self, pairs: [Pair<'_, T>; N], out: &mut Vec<Side<T>>) {
+    pub fn transposed_times<T: Float, const N: usize>(
+        self,
+        pairs: [FactorPair<'_, T>; N],
+        out: &mut Vec<Side<T>>,
+    ) {
         out.resize(pairs[0].1.len() / self.n * self.width(), [T::default(); SIDE]);
         Isa::detect().run(TransposedTimes { form: self, pairs, out });
     }
 
     /// out = Σ L u over pairs (L, u): [group][row of L].
-    pub fn times<T: Float, const N: usize>(self, pairs: [Pair<'_, T>; N], out: &mut Vec<Side<T>>) {
+    pub fn times<T: Float, const N: usize>(self, pairs: [FactorPair<'_, T>; N], out: &mut Vec<Side<T>>) {
         out.resize(pairs[0].1.len() / self.width() * self.n, [T::default(); SIDE]);
         Isa::detect().run(Times { form: self, pairs, out });
     }
 
     /// The derivatives of Σ wᵀ L u over pairs (w, u) by the elements of L: [group][element].
-    pub fn outer_products<T: Float, const N: usize>(self, pairs: [Pair<'_, T>; N], by_l: &mut Vec<Side<T>>) {
+    pub fn outer_products<T: Float, const N: usize>(
+        self,
+        pairs: [FactorPair<'_, T>; N],
+        by_l: &mut Vec<Side<T>>,
+    ) {
         by_l.resize(pairs[0].0.len() / self.n * self.len(), [T::default(); SIDE]);
         Isa::detect().run(OuterProducts { form: self, pairs, by_l });
     }
 }
 
 struct TransposedTimes<'a, T, const N: usize> {
-    form: Form,
-    pairs: [Pair<'a, T>; N],
+    form: FactorForm,
+    pairs: [FactorPair<'a, T>; N],
     out: &'a mut [Side<T>],
 }
 
@@ -119,8 +127,8 @@ impl<T: Float, const N: usize> WithSimd for TransposedTimes<'_, T, N> {
 }
 
 struct Times<'a, T, const N: usize> {
-    form: Form,
-    pairs: [Pair<'a, T>; N],
+    form: FactorForm,
+    pairs: [FactorPair<'a, T>; N],
     out: &'a mut [Side<T>],
 }
 
@@ -144,8 +152,8 @@ impl<T: Float, const N: usize> WithSimd for Times<'_, T, N> {
 }
 
 struct OuterProducts<'a, T, const N: usize> {
-    form: Form,
-    pairs: [Pair<'a, T>; N],
+    form: FactorForm,
+    pairs: [FactorPair<'a, T>; N],
     by_l: &'a mut [Side<T>],
 }
 
@@ -212,7 +220,7 @@ mod tests {
 
     #[test]
     fn products_are_those_of_matrices_with_zeros_above_the_diagonal() {
-        let form = Form { n: 4, squares: 3 };
+        let form = FactorForm { n: 4, squares: 3 };
         let (n, width) = (form.n, form.width());
         let ((l, l_side), (v, v_side), (u, u_side)) =
             (numbers(form.len(), 1), numbers(n, 2), numbers(width, 3));

@@ -3,7 +3,7 @@
 use hysteron_base::rng;
 use rand::RngExt;
 
-use super::{Decomposition, Samples};
+use super::{ArmSamples, Decomposition};
 use hysteron_arm_dynamics::{
     Data, Model, coriolis_matrix, coriolis_torque, gravity_torque, inverse_dynamics, mass_matrix,
 };
@@ -33,11 +33,11 @@ impl Sinusoids {
 ///
 /// # Reference
 /// Li et al. (2025), section 4.3.1.
-pub fn sinusoids(model: &Model, plan: &Sinusoids, seed: u64, stream: &str) -> (Samples, Decomposition) {
+pub fn sinusoids(model: &Model, plan: &Sinusoids, seed: u64, stream: &str) -> (ArmSamples, Decomposition) {
     let n = model.n_joints();
     let mut rng = rng(seed, stream);
     let mut data = Data::new(model, 0.0);
-    let (mut samples, mut truth) = (Samples::new(n), Decomposition::default());
+    let (mut samples, mut truth) = (ArmSamples::new(n), Decomposition::default());
     let steps = (plan.duration * plan.rate).round() as usize;
     for _ in 0..plan.trajectories {
         let mut pose = || -> Vec<f64> {
@@ -69,7 +69,7 @@ fn position(range: Option<[f64; 2]>, rng: &mut impl RngExt) -> f64 {
 }
 
 /// Torques, their parts and momenta of the last motion.
-fn add_torques(model: &Model, data: &mut Data<f64>, samples: &mut Samples, truth: &mut Decomposition) {
+fn add_torques(model: &Model, data: &mut Data<f64>, samples: &mut ArmSamples, truth: &mut Decomposition) {
     let n = model.n_joints();
     let at = samples.q.len() - n;
     let (q, dq, ddq) = (&samples.q[at..], &samples.dq[at..], &samples.ddq[at..]);

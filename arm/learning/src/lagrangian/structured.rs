@@ -16,7 +16,7 @@
 
 use hysteron_learn::{ByParameters, Float, Mlp, MlpTape};
 
-use super::block::{Block, Term};
+use super::block::{SampleBlock, Term};
 use super::factor::Factor;
 use super::side::{Side, of_row, put_side_by_side};
 
@@ -31,7 +31,7 @@ struct Potential<T> {
 
 impl<T: Float> Potential<T> {
     /// Adds ∂_q V to the first numbers of every row of `out` ([row][width]).
-    fn add_gradient(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
+    fn add_gradient(&mut self, parameters: &[T], block: &SampleBlock<T>, out: &mut [T]) {
         self.tape.forward(parameters, &block.features);
         self.cotangents.clear();
         self.cotangents.resize(block.n_rows, self.scale);
@@ -121,7 +121,7 @@ impl<T: Float> Energies<T> {
     }
 
     /// Writes `sign` · ∂_q ½ |Lᵀ v|² + ∂_q V to `by_q`.
-    fn by_q(&mut self, parameters: &[T], block: &Block<T>, sign: T) {
+    fn by_q(&mut self, parameters: &[T], block: &SampleBlock<T>, sign: T) {
         let (n, form) = (block.n_joints, self.factor.form());
         put_side_by_side(&block.v, n, &mut self.v);
         self.signed_v.clear();
@@ -157,7 +157,7 @@ impl<T: Float> StructuredLagrangian<T> {
     }
 
     /// Writes p = H q̇ and ½ ∂_q(q̇ᵀ H q̇) − ∂_q V of every row, [row][joint].
-    pub fn momentum(&mut self, parameters: &[T], block: &Block<T>, momentum: &mut [T], rate: &mut [T]) {
+    pub fn momentum(&mut self, parameters: &[T], block: &SampleBlock<T>, momentum: &mut [T], rate: &mut [T]) {
         let e = &mut self.energies;
         let n = block.n_joints;
         e.factor.forward(&parameters[..e.n_mass], &block.features);
@@ -178,7 +178,7 @@ impl<T: Float> Term<T> for StructuredLagrangian<T> {
         self.energies.prepare(parameters);
     }
 
-    fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
+    fn outputs(&mut self, parameters: &[T], block: &SampleBlock<T>, out: &mut [T]) {
         let e = &mut self.energies;
         let (n, form) = (block.n_joints, e.factor.form());
         block.features_along(&block.v, &mut e.along);
@@ -197,7 +197,13 @@ impl<T: Float> Term<T> for StructuredLagrangian<T> {
         }
     }
 
-    fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], mut into: ByParameters<'_, T>) {
+    fn derivatives(
+        &mut self,
+        parameters: &[T],
+        block: &SampleBlock<T>,
+        w: &[T],
+        mut into: ByParameters<'_, T>,
+    ) {
         let e = &mut self.energies;
         let form = e.factor.form();
         let (mass, potential) = parameters.split_at(e.n_mass);
@@ -241,7 +247,7 @@ impl<T: Float> Term<T> for StructuredHamiltonian<T> {
         self.energies.prepare(parameters);
     }
 
-    fn outputs(&mut self, parameters: &[T], block: &Block<T>, out: &mut [T]) {
+    fn outputs(&mut self, parameters: &[T], block: &SampleBlock<T>, out: &mut [T]) {
         let e = &mut self.energies;
         let n = block.n_joints;
         e.factor.forward(&parameters[..e.n_mass], &block.features);
@@ -257,7 +263,13 @@ impl<T: Float> Term<T> for StructuredHamiltonian<T> {
         }
     }
 
-    fn derivatives(&mut self, parameters: &[T], block: &Block<T>, w: &[T], mut into: ByParameters<'_, T>) {
+    fn derivatives(
+        &mut self,
+        parameters: &[T],
+        block: &SampleBlock<T>,
+        w: &[T],
+        mut into: ByParameters<'_, T>,
+    ) {
         let e = &mut self.energies;
         let (n, form) = (block.n_joints, e.factor.form());
         let (mass, potential) = parameters.split_at(e.n_mass);

@@ -6,7 +6,7 @@ use hysteron_learn::{Activation, LeastSquares, Objective};
 
 use super::network::Evaluator;
 use super::objective::motion;
-use super::{InputForm, NetworkShape, Samples, Scales, TorqueObjective, Variant, Weights};
+use super::{ArmSamples, InputForm, JointWeights, NetworkShape, Scales, TorqueObjective, Variant};
 
 const N: usize = 3;
 
@@ -35,9 +35,9 @@ fn parameters(shape: &NetworkShape) -> Vec<f64> {
     begin.iter().enumerate().map(|(i, p)| p + 0.2 * (1.3 * i as f64).sin()).collect()
 }
 
-fn samples(n: usize) -> Samples {
+fn samples(n: usize) -> ArmSamples {
     let numbers = |seed: f64| (0..n * N).map(|i| (1.1 * i as f64 + seed).sin()).collect::<Vec<_>>();
-    let mut samples = Samples::new(N);
+    let mut samples = ArmSamples::new(N);
     let [q, dq, ddq, tau, p, dp] = [0.0, 0.4, 0.9, 1.7, 2.2, 2.9].map(numbers);
     samples.push([&q, &dq, &ddq, &tau], [&p, &dp]).unwrap();
     samples
@@ -164,7 +164,7 @@ fn gradients_of_the_loss_are_those_of_differences() {
         let shape = NetworkShape { inputs, squares, ..shape(variant) };
         shape.check().unwrap();
         let p = parameters(&shape);
-        let mut objective = TorqueObjective::new(&shape, [&data, &data], Weights::InverseVariance, 0.3);
+        let mut objective = TorqueObjective::new(&shape, [&data, &data], JointWeights::InverseVariance, 0.3);
         let rows: Vec<usize> = (0..data.len()).collect();
         let mut gradient = vec![0.0; p.len()];
         let loss = objective.gradient(&p, &rows, &mut gradient);
@@ -248,7 +248,7 @@ fn learned_mass_matrices_are_positive_definite_for_any_parameters() {
 
 #[test]
 fn samples_that_cannot_be_are_refused() {
-    let mut samples = Samples::new(2);
+    let mut samples = ArmSamples::new(2);
     let row = [0.0, 1.0];
     let bad = samples.push([&row, &row, &[0.0, f64::NAN], &row], [&[], &[]]).unwrap_err();
     assert_eq!(bad.to_string(), "ddq: sample 1, joint 2: expected a finite number, got NaN");
@@ -269,7 +269,7 @@ fn the_jacobian_of_the_residuals_gives_the_gradient_of_their_squares() {
             let (p, samples, penalty) = (parameters(&shape), samples(9), 0.3);
             let rows: Vec<usize> = (0..9).collect();
             let mut objective =
-                TorqueObjective::<f64>::new(&shape, [&samples, &samples], Weights::Equal, penalty);
+                TorqueObjective::<f64>::new(&shape, [&samples, &samples], JointWeights::Equal, penalty);
             let mut gradient = vec![0.0; p.len()];
             objective.gradient(&p, &rows, &mut gradient);
             let k = objective.n_residuals();
@@ -305,7 +305,7 @@ fn a_training_is_the_same_on_any_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut objective =
-                TorqueObjective::<f64>::new(&shape, [&samples, &samples], Weights::Equal, 0.0);
+                TorqueObjective::<f64>::new(&shape, [&samples, &samples], JointWeights::Equal, 0.0);
             let mut gradient = vec![0.0; p.len()];
             let loss = objective.gradient(&p, &rows, &mut gradient);
             let mut jacobian = vec![0.0; rows.len() * objective.n_residuals() * p.len()];

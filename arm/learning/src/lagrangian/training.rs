@@ -8,7 +8,7 @@ use hysteron_learn::{
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::{NetworkShape, Samples, TorqueObjective, Weights};
+use super::{ArmSamples, JointWeights, NetworkShape, TorqueObjective};
 
 /// Samples that Levenberg and Marquardt's method fits.
 const CURVATURE_SAMPLES: usize = 4000;
@@ -29,7 +29,7 @@ pub struct TrainingOptions {
     /// Penalty on weights.
     pub weight_decay: f64,
     /// How joints are weighed.
-    pub weights: Weights,
+    pub weights: JointWeights,
     /// λ of (10).
     pub penalty: f64,
     /// Optimiser that continues after Adam, in double precision.
@@ -76,7 +76,7 @@ impl TrainingOptions {
             learning_rate: 1e-4,
             decay: StepDecay::Constant,
             weight_decay: 1e-5,
-            weights: Weights::Equal,
+            weights: JointWeights::Equal,
             penalty: 0.0,
             polish_by: Polish::Lbfgs,
             polish: 0,
@@ -91,7 +91,7 @@ impl TrainingOptions {
             batch: 256,
             decay: StepDecay::Cosine,
             weight_decay: 0.0,
-            weights: Weights::InverseVariance,
+            weights: JointWeights::InverseVariance,
             polish: 1000,
             polish_samples: 8000,
             ..Self::published(epochs)
@@ -118,7 +118,7 @@ impl TrainingOptions {
 
 /// A trained model.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Trained {
+pub struct TrainedLagrangian {
     /// In the layout of the [`NetworkShape`].
     pub parameters: Vec<f64>,
     /// Root mean square error on validation data, in standard deviations of the training torques [-].
@@ -135,11 +135,11 @@ pub struct Trained {
 /// `BadInput` for a shape or setting out of its range, constant joints, or a file of another training; [`hysteron_learn::Error::NotFinite`].
 pub fn train(
     shape: &NetworkShape,
-    [training, validation]: [&Samples; 2],
+    [training, validation]: [&ArmSamples; 2],
     options: &TrainingOptions,
     seed: u64,
     session: &mut TrainingSession<'_>,
-) -> Result<Trained> {
+) -> Result<TrainedLagrangian> {
     shape.check()?;
     training.check_variation()?;
     let [count, most] = [shape.n_parameters(), LevenbergMarquardt::MAX_PARAMETERS];
@@ -154,7 +154,7 @@ pub fn train(
         TorqueObjective::<f32>::new(shape, [training, validation], options.weights, options.penalty);
     let found =
         minimise(&mut objective, begin, (seed, options.batch), &options.schedule(), &identity, session)?;
-    let mut trained = Trained {
+    let mut trained = TrainedLagrangian {
         parameters: found.model.into_values().into_iter().map(f64::from).collect(),
         validation: found.validation,
         steps: [found.epochs, 0],
@@ -169,10 +169,10 @@ pub fn train(
 /// Goes on in double precision over many samples at once; keeps what does best on validation data.
 fn polish(
     shape: &NetworkShape,
-    samples: [&Samples; 2],
+    samples: [&ArmSamples; 2],
     options: &TrainingOptions,
     seed: u64,
-    trained: &mut Trained,
+    trained: &mut TrainedLagrangian,
     session: &mut TrainingSession<'_>,
 ) {
     let mut objective = TorqueObjective::<f64>::new(shape, samples, options.weights, options.penalty);
@@ -217,11 +217,11 @@ fn polish(
 /// Identity of a training that a file to resume from must match: network, seed, options and data.
 fn identity(
     shape: &NetworkShape,
-    [training, validation]: [&Samples; 2],
+    [training, validation]: [&ArmSamples; 2],
     options: &TrainingOptions,
     seed: u64,
 ) -> Value {
-    let data = |samples: &Samples| {
+    let data = |samples: &ArmSamples| {
         let sum =
             |values: &[f64]| values.iter().enumerate().map(|(i, v)| v * (1.0 + (i % 97) as f64)).sum::<f64>();
         json!([samples.len(), sum(&samples.q), sum(&samples.tau)])

@@ -11,10 +11,10 @@ use serde_json::Value;
 
 use super::current::CurrentModel;
 use super::details::ActuatorDetails;
-use super::features::{Features, InputScale};
+use super::features::{FeatureLayout, InputScale};
 use super::loss::Heads;
 use super::sensing::{Sensing, SensingHeader};
-use super::simulation::{Simulation, SimulationOptions};
+use super::simulation::{ArmSimulation, SimulationOptions};
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_estimation::servo_force::observed_arm;
 
@@ -24,7 +24,7 @@ pub struct NeuralActuator {
     /// The network.
     pub network: Transformer<f32>,
     /// Inputs that it takes from a sample.
-    pub features: Features,
+    pub features: FeatureLayout,
     /// How its inputs are scaled.
     pub scale: InputScale,
     /// The simulation that its torques are for.
@@ -44,9 +44,9 @@ pub struct NeuralActuator {
 /// All but the parameters, as the file has it.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Header {
+struct ActuatorHeader {
     shape: TransformerShape,
-    features: Features,
+    features: FeatureLayout,
     scale: InputScale,
     simulation: SimulationOptions,
     joints: Vec<String>,
@@ -66,7 +66,7 @@ impl NeuralActuator {
     /// # Errors
     /// If the file system refuses.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let header = Header {
+        let header = ActuatorHeader {
             shape: self.network.shape().clone(),
             features: self.features,
             scale: self.scale.clone(),
@@ -93,10 +93,19 @@ impl NeuralActuator {
     }
 
     fn from_parts(header: Value, parameters: &[f64]) -> std::result::Result<Self, BadInput> {
-        let header: Header = json::from_value(&header)
+        let header: ActuatorHeader = json::from_value(&header)
             .map_err(|e| BadInput::new("details", "those of a neural actuator", e.to_string()))?;
-        let Header { shape, features, scale, simulation, joints, currents, sensing, contact, details } =
-            header;
+        let ActuatorHeader {
+            shape,
+            features,
+            scale,
+            simulation,
+            joints,
+            currents,
+            sensing,
+            contact,
+            details,
+        } = header;
         simulation.check(&features).map_err(|bad| bad.within("simulation"))?;
         if let Some(sensing) = &sensing {
             sensing.check(&features).map_err(|bad| bad.within("sensing"))?;
@@ -138,9 +147,9 @@ impl NeuralActuator {
     ///
     /// # Errors
     /// `BadInput` where `model` is another arm: its joints have other names.
-    pub fn simulation(&self, model: &Model) -> std::result::Result<Simulation, BadInput> {
+    pub fn simulation(&self, model: &Model) -> std::result::Result<ArmSimulation, BadInput> {
         self.check_arm(model)?;
-        Simulation::new(model, &self.features, &self.simulation)
+        ArmSimulation::new(model, &self.features, &self.simulation)
     }
 
     fn check_arm(&self, model: &Model) -> std::result::Result<(), BadInput> {

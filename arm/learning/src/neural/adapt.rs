@@ -9,12 +9,12 @@ use hysteron_fit::{Options, Parameter, ParameterScale, minimum};
 use hysteron_learn::{Result, TrainingProgress, TrainingSession, TrainingTask, fit};
 
 use super::actuator::NeuralActuator;
-use super::closed_loop::ClosedLoop;
+use super::closed_loop::ActuatorLoop;
 use super::data::{MIN_ROWS, Trajectory};
 use super::loss::{LossWeights, wrap};
-use super::segment::{Segment, Telemetry};
-use super::servo::ServoModel;
-use super::simulation::{Simulation, SimulationOptions};
+use super::segment::{Segment, TelemetrySource};
+use super::servo::RolloutServo;
+use super::simulation::{ArmSimulation, SimulationOptions};
 use super::training::{NeuralOptions, NeuralTask};
 use hysteron_arm_dynamics::Model;
 
@@ -68,7 +68,7 @@ impl NeuralActuator {
     fn task<'a>(
         &'a self,
         options: &'a NeuralOptions,
-        simulation: &'a Simulation,
+        simulation: &'a ArmSimulation,
         sets: [&'a [Trajectory]; 2],
     ) -> std::result::Result<NeuralTask<'a>, BadInput> {
         NeuralTask::new(options, (simulation, &self.scale, &self.currents), sets)
@@ -80,7 +80,7 @@ impl NeuralActuator {
         self.task(&options, &simulation, [asked, asked])?.validate(&self.network)
     }
 
-    fn with_servo(&self, (servo, payload): &(ServoModel, f64)) -> Self {
+    fn with_servo(&self, (servo, payload): &(RolloutServo, f64)) -> Self {
         let simulation = SimulationOptions {
             damping: servo.damping,
             servo: Some(servo.clone()),
@@ -94,15 +94,15 @@ impl NeuralActuator {
     fn servo_of(
         &self,
         model: &Model,
-        (servo, simulation): (&ServoModel, &Simulation),
+        (servo, simulation): (&RolloutServo, &ArmSimulation),
         known: &[Trajectory],
-    ) -> std::result::Result<(ServoModel, f64), BadInput> {
+    ) -> std::result::Result<(RolloutServo, f64), BadInput> {
         let n = self.features.joints;
         let horizon = known.iter().map(|one| one.len() - 1).min().unwrap_or(0).min(ROLLOUTS.0);
         let starts = |one: &Trajectory| (0..one.len() - horizon).step_by(horizon.max(1)).collect::<Vec<_>>();
         let all: Vec<(&Trajectory, usize)> =
             known.iter().flat_map(|one| starts(one).into_iter().map(move |start| (one, start))).collect();
-        let kinds = [Telemetry::Recorded, Telemetry::Modelled(&self.currents)];
+        let kinds = [TelemetrySource::Recorded, TelemetrySource::Modelled(&self.currents)];
         let every = all.len().div_ceil(ROLLOUTS.1).max(1);
         let segments: Vec<Segment<'_>> = all
             .iter()
@@ -120,8 +120,12 @@ impl NeuralActuator {
         };
         let residuals = |values: &[f64]| -> std::result::Result<Vec<Vec<f64>>, BadInput> {
             let simulation = self.with_servo(&of(values)).simulation(model)?;
-            let mut closed =
-                ClosedLoop::new((&simulation, &self.scale), (&self.network, None), segments.clone(), horizon);
+            let mut closed = ActuatorLoop::new(
+                (&simulation, &self.scale),
+                (&self.network, None),
+                segments.clone(),
+                horizon,
+            );
             closed.run(&closed.recorded_start());
             let rows = closed.states().chunks_exact(self.features.state()).enumerate();
             let off = |(i, state): (usize, &[f64])| -> Vec<f64> {

@@ -3,20 +3,20 @@
 use hysteron_learn::{Float, PlantBatch, TapePool, Transformer};
 
 use super::features::InputScale;
-use super::heat::Heat;
+use super::heat::WindingTemperatures;
 use super::loss::{Heads, LossParts, LossWeights, Totals};
-use super::segment::{Segment, Telemetry};
-use super::simulation::{Asked, Simulation};
+use super::segment::{Segment, TelemetrySource};
+use super::simulation::{ArmSimulation, MotorCommand};
 
 /// Arms in simulation along segments of recorded trajectories, side by side.
 #[derive(Debug)]
-struct Arms<'a> {
-    simulation: &'a Simulation,
+struct SimulatedArms<'a> {
+    simulation: &'a ArmSimulation,
     scale: &'a InputScale,
     segments: Vec<Segment<'a>>,
     /// Gains of the rows over that which the servo's stiffness holds for.
     gains: Vec<f64>,
-    heat: Heat<'a>,
+    heat: WindingTemperatures<'a>,
     /// Outputs of the network for each arm, of which the first m are torques before their limit.
     n_outputs: usize,
     /// Of every step that was pulled back, length of the gradient by its torques, last step first.
@@ -25,8 +25,8 @@ struct Arms<'a> {
 
 /// Rollouts side by side, and their gradient.
 #[derive(Debug)]
-pub struct ClosedLoop<'a, T> {
-    rollouts: hysteron_learn::ClosedLoop<'a, Arms<'a>, T>,
+pub struct ActuatorLoop<'a, T> {
+    rollouts: hysteron_learn::ClosedLoop<'a, SimulatedArms<'a>, T>,
 }
 
 /// A gradient with what it says of itself.
@@ -40,7 +40,7 @@ pub struct LoopGradient {
     pub torque: f64,
 }
 
-impl Arms<'_> {
+impl SimulatedArms<'_> {
     /// Inputs of a row at a step of the rollout in SI; without a state, as recorded.
     fn raw(&self, row: usize, step: isize, state: Option<&[f64]>) -> Vec<f64> {
         let Segment { trajectory, start, telemetry } = self.segments[row];
@@ -48,7 +48,7 @@ impl Arms<'_> {
         let mut raw = trajectory.inputs_at(start as isize + step).to_vec();
         if let Some(state) = state {
             features.set_state(state, &mut raw);
-            if let Telemetry::Modelled(currents) = telemetry {
+            if let TelemetrySource::Modelled(currents) = telemetry {
                 let first = trajectory.inputs_at(start as isize);
                 currents.replace(features, (first, trajectory.gain_over(currents.position_gain)), &mut raw);
             }
@@ -75,7 +75,7 @@ impl Arms<'_> {
     }
 }
 
-impl<T: Float> PlantBatch<T> for Arms<'_> {
+impl<T: Float> PlantBatch<T> for SimulatedArms<'_> {
     fn rows(&self) -> usize {
         self.segments.len()
     }
@@ -95,7 +95,8 @@ impl<T: Float> PlantBatch<T> for Arms<'_> {
         let raw = self.raw(row, step as isize, Some(state));
         let mut by_raw: Vec<f64> =
             by_token.iter().enumerate().map(|(k, d)| d.to_f64() * self.scale.at(k, raw[k]).1).collect();
-        if let Segment { trajectory, telemetry: Telemetry::Modelled(currents), .. } = self.segments[row] {
+        if let Segment { trajectory, telemetry: TelemetrySource::Modelled(currents), .. } = self.segments[row]
+        {
             currents.pull_back(features, trajectory.gain_over(currents.position_gain), &mut by_raw);
         }
         features.state_gradient(&by_raw, by_state);
@@ -105,7 +106,7 @@ impl<T: Float> PlantBatch<T> for Arms<'_> {
         let (goals, torques) = (self.goals(step), self.torques(outputs));
         self.heat.begin(step);
         let windings = self.heat.at(step);
-        let asked = Asked { goals: &goals, gains: &self.gains, windings, torques: &torques };
+        let asked = MotorCommand { goals: &goals, gains: &self.gains, windings, torques: &torques };
         self.simulation.step(states, asked, next);
         self.heat.pass(states, [&goals, &self.gains]);
     }
@@ -121,7 +122,7 @@ impl<T: Float> PlantBatch<T> for Arms<'_> {
         let m = self.simulation.features().motors();
         let (goals, torques) = (self.goals(step), self.torques(outputs));
         let windings = self.heat.at(step);
-        let asked = Asked { goals: &goals, gains: &self.gains, windings, torques: &torques };
+        let asked = MotorCommand { goals: &goals, gains: &self.gains, windings, torques: &torques };
         let [by_before, by_torque] = self.simulation.step_back(states, asked, by_next);
         by_states.iter_mut().zip(&by_before).for_each(|(sum, part)| *sum += part);
         self.torque_gradients.push(by_torque.iter().map(|d| d * d).sum::<f64>().sqrt());
@@ -137,13 +138,13 @@ impl<T: Float> PlantBatch<T> for Arms<'_> {
     }
 }
 
-impl<'a, T: Float> ClosedLoop<'a, T> {
+impl<'a, T: Float> ActuatorLoop<'a, T> {
     /// Rollouts of `horizon` steps along `segments`, on a tape from `tapes` where there are any.
     ///
     /// # Panics
     /// Where a trajectory ends before the horizon.
     pub fn new(
-        (simulation, scale): (&'a Simulation, &'a InputScale),
+        (simulation, scale): (&'a ArmSimulation, &'a InputScale),
         (network, tapes): (&'a Transformer<T>, Option<&'a TapePool<T>>),
         segments: Vec<Segment<'a>>,
         horizon: usize,
@@ -154,8 +155,16 @@ impl<'a, T: Float> ClosedLoop<'a, T> {
         let n_outputs = network.shape().outputs();
         let known = simulation.options().position_gain();
         let gains = segments.iter().map(|one| one.trajectory.gain_over(known)).collect();
-        let heat = Heat::new(simulation.options(), simulation.features(), &segments);
-        let arms = Arms { simulation, scale, segments, gains, heat, n_outputs, torque_gradients: Vec::new() };
+        let heat = WindingTemperatures::new(simulation.options(), simulation.features(), &segments);
+        let arms = SimulatedArms {
+            simulation,
+            scale,
+            segments,
+            gains,
+            heat,
+            n_outputs,
+            torque_gradients: Vec::new(),
+        };
         Self { rollouts: hysteron_learn::ClosedLoop::new(arms, (network, tapes), horizon) }
     }
 
@@ -187,7 +196,7 @@ impl<'a, T: Float> ClosedLoop<'a, T> {
         totals: &Totals,
         gradient: &mut [Vec<T>],
     ) -> LoopGradient {
-        let Arms { simulation, segments, .. } = self.rollouts.plant();
+        let SimulatedArms { simulation, segments, .. } = self.rollouts.plant();
         let (features, segments) = (simulation.features(), segments.clone());
         let heads = Heads::new(features);
         let mut parts = LossParts::default();

@@ -1,48 +1,48 @@
-//! `Comparison`: an actuator compared with its baselines on trajectories that it was not trained on.
+//! `BaselineComparison`: an actuator compared with its baselines on trajectories that it was not trained on.
 
 use hysteron_base::{BadInput, parallel};
 
 use super::actuator::NeuralActuator;
+use super::baselines::{Positions, copied_goal, positions_of, run_alone};
 use super::comparison_scores::{
     ActuatorComparison, ByHorizon, ByMethod, ComparisonFormat, ForceSource, ForcesBySource, METHODS,
     TaskScores, TaskTrace,
 };
-use super::condition::{ConditionSaid, DetectorScores, detectors};
+use super::condition::{ConditionEstimate, DetectorScores, detectors};
 use super::data::Trajectory;
-use super::details::Rivals;
-use super::evaluate::{PoseScores, Rollout, condition_scores, force_scores, pose_scores, roll_out};
+use super::details::Baselines;
+use super::evaluate::{ArmRollout, PoseScores, condition_scores, force_scores, pose_scores, roll_out};
 use super::loss::length;
 use super::observations::telemetry;
-use super::rivals::{Positions, copied_goal, positions_of, run_alone};
-use super::segment::{Segment, Telemetry};
-use super::sensing::{Sensed, Sensing};
-use super::simulation::{Simulation, SimulationOptions};
+use super::segment::{Segment, TelemetrySource};
+use super::sensing::{SensedTrajectory, Sensing};
+use super::simulation::{ArmSimulation, SimulationOptions};
 use hysteron_arm_dynamics::Model;
-use hysteron_arm_estimation::servo_force::Observers;
+use hysteron_arm_estimation::servo_force::BaselineObservers;
 
 /// One task: its trajectories, the positions of every method, and the network's other outputs.
-struct Task {
+struct ComparedTask {
     name: String,
     trajectories: Vec<Trajectory>,
     positions: Vec<Vec<Positions>>,
-    rollouts: Vec<Rollout>,
-    pure: Vec<Rollout>,
+    rollouts: Vec<ArmRollout>,
+    pure: Vec<ArmRollout>,
     /// Of the network of labels, where there is one.
-    sensed: Option<Vec<Sensed>>,
+    sensed: Option<Vec<SensedTrajectory>>,
     /// Forces of either momentum observer, trajectory by trajectory; none where none was identified.
     observed: Option<Vec<[Vec<[f64; 3]>; 2]>>,
 }
 
-impl Task {
+impl ComparedTask {
     /// Forces and gates of the network, of either observer, and of the network in pure simulation where that says any.
-    fn forces(&self, contact: [f64; 2]) -> [Option<Vec<Said>>; 4] {
-        let of =
-            |rollouts: &[Rollout]| rollouts.iter().map(|one| (one.force.clone(), one.gate.clone())).collect();
-        let network = self
-            .sensed
-            .as_ref()
-            .map(|all| all.iter().map(|one| (one.force.clone(), one.gate.clone())).collect::<Vec<Said>>());
-        let observer = |k: usize| -> Option<Vec<Said>> {
+    fn forces(&self, contact: [f64; 2]) -> [Option<Vec<ForceEstimates>>; 4] {
+        let of = |rollouts: &[ArmRollout]| {
+            rollouts.iter().map(|one| (one.force.clone(), one.gate.clone())).collect()
+        };
+        let network = self.sensed.as_ref().map(|all| {
+            all.iter().map(|one| (one.force.clone(), one.gate.clone())).collect::<Vec<ForceEstimates>>()
+        });
+        let observer = |k: usize| -> Option<Vec<ForceEstimates>> {
             let gate = |f: &[f64; 3]| f64::from(u8::from(length(f) > contact[k]));
             let one = |own: &[Vec<[f64; 3]>; 2]| (own[k].clone(), own[k].iter().map(gate).collect());
             Some(self.observed.as_ref()?.iter().map(one).collect())
@@ -52,31 +52,31 @@ impl Task {
     }
 
     /// How healthy the watched motor is found, sample by sample.
-    fn conditions(&self) -> Vec<ConditionSaid> {
+    fn conditions(&self) -> Vec<ConditionEstimate> {
         match &self.sensed {
-            Some(all) => all.iter().map(ConditionSaid::of).collect(),
+            Some(all) => all.iter().map(ConditionEstimate::of).collect(),
             None => self.rollouts.iter().map(said).collect(),
         }
     }
 }
 
 /// Condition estimate of the watched motor by a rollout.
-fn said(rollout: &Rollout) -> ConditionSaid {
-    ConditionSaid { network: rollout.condition.clone(), ..ConditionSaid::default() }
+fn said(rollout: &ArmRollout) -> ConditionEstimate {
+    ConditionEstimate { network: rollout.condition.clone(), ..ConditionEstimate::default() }
 }
 
 /// Forces and probabilities of contact, row by row.
-type Said = (Vec<[f64; 3]>, Vec<f64>);
+type ForceEstimates = (Vec<[f64; 3]>, Vec<f64>);
 
 /// An actuator and its baselines on the trajectories of some tasks.
-pub struct Comparison<'a> {
+pub struct BaselineComparison<'a> {
     actuator: &'a NeuralActuator,
     model: &'a Model,
-    simulation: Simulation,
+    simulation: ArmSimulation,
     /// The arm as the baselines know it: nothing that an adaptation has found at its tip.
-    bare: Simulation,
-    rivals: Rivals,
-    tasks: Vec<Task>,
+    bare: ArmSimulation,
+    rivals: Baselines,
+    tasks: Vec<ComparedTask>,
 }
 
 /// Accepts what a method says of a trajectory, `n` values of a quantity a sample.
@@ -96,15 +96,15 @@ fn check_finite(
         .hint("the model diverges on this recording: train it again, or compare over motion like that of its training"))
 }
 
-impl<'a> Comparison<'a> {
+impl<'a> BaselineComparison<'a> {
     /// Of an actuator for `model`, with no task yet.
     ///
     /// # Errors
     /// `BadInput` for another arm, or an actuator without baselines.
     pub fn new(actuator: &'a NeuralActuator, model: &'a Model) -> Result<Self, BadInput> {
-        let (simulation, rivals) = (actuator.simulation(model)?, Rivals::of(actuator)?);
+        let (simulation, rivals) = (actuator.simulation(model)?, Baselines::of(actuator)?);
         let options = SimulationOptions { payload: 0.0, ..actuator.simulation.clone() };
-        let bare = Simulation::new(model, &actuator.features, &options)?;
+        let bare = ArmSimulation::new(model, &actuator.features, &options)?;
         Ok(Self { actuator, model, simulation, bare, rivals, tasks: Vec::new() })
     }
 
@@ -119,11 +119,11 @@ impl<'a> Comparison<'a> {
         }
         let features = &actuator.features;
         let m = features.motors();
-        let roll = |telemetry: Telemetry<'_>| -> Vec<Rollout> {
+        let roll = |telemetry: TelemetrySource<'_>| -> Vec<ArmRollout> {
             parallel::map(&trajectories, |one| roll_out(actuator, simulation, one, telemetry))
         };
-        let rollouts = roll(Telemetry::Recorded);
-        let pure = roll(Telemetry::Modelled(&actuator.currents));
+        let rollouts = roll(TelemetrySource::Recorded);
+        let pure = roll(TelemetrySource::Modelled(&actuator.currents));
         let servo = |trajectory: &Trajectory| -> Result<Positions, BadInput> {
             let segment = Segment::recorded(trajectory, 0);
             let (about, horizon) = ((features, actuator.simulation.period), trajectory.len() - 1);
@@ -155,25 +155,25 @@ impl<'a> Comparison<'a> {
         }
         let about = (features, actuator.simulation.period);
         let arm = actuator.observed_arm(self.model);
-        let along = |sensing: &Sensing| -> Result<Vec<Sensed>, BadInput> {
+        let along = |sensing: &Sensing| -> Result<Vec<SensedTrajectory>, BadInput> {
             let arm = arm.clone()?;
             parallel::try_map(&trajectories, |one| sensing.along(&arm, about, one))
         };
-        let observe = |observers: &Observers| -> Result<Vec<[Vec<[f64; 3]>; 2]>, BadInput> {
+        let observe = |observers: &BaselineObservers| -> Result<Vec<[Vec<[f64; 3]>; 2]>, BadInput> {
             let arm = arm.clone()?;
             let one = |one: &Trajectory| observers.forces(&arm, &telemetry(features, about.1, one)?);
             parallel::try_map(&trajectories, one)
         };
         let sensed = actuator.sensing.as_ref().map(along).transpose()?;
         let observed = self.rivals.observers.as_ref().map(observe).transpose()?;
-        self.tasks.push(Task { name, trajectories, positions, rollouts, pure, sensed, observed });
+        self.tasks.push(ComparedTask { name, trajectories, positions, rollouts, pure, sensed, observed });
         Ok(())
     }
 
     /// Every number of the comparison.
     pub fn summary(&self) -> ActuatorComparison {
         let Self { actuator, tasks, .. } = self;
-        let of_task = |task: &Task| TaskScores {
+        let of_task = |task: &ComparedTask| TaskScores {
             task: task.name.clone(),
             trajectories: task.trajectories.len(),
             poses: ByMethod::from_fn(|method| ByHorizon::from_fn(|h| self.poses(task, method, h))),
@@ -181,7 +181,7 @@ impl<'a> Comparison<'a> {
         };
         let all: Vec<Trajectory> = tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
         let conditions: Vec<Vec<f64>> =
-            tasks.iter().flat_map(Task::conditions).map(|said| said.network).collect();
+            tasks.iter().flat_map(ComparedTask::conditions).map(|said| said.network).collect();
         ActuatorComparison {
             format: ComparisonFormat::Evaluation,
             version: 2,
@@ -196,17 +196,17 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    fn poses(&self, task: &Task, method: usize, horizon: usize) -> PoseScores {
+    fn poses(&self, task: &ComparedTask, method: usize, horizon: usize) -> PoseScores {
         pose_scores(&self.actuator.features, &task.trajectories, &task.positions[method], horizon)
     }
 
     /// Scores of the forces of every source, over the trajectories of these tasks.
-    fn forces(&self, tasks: &[&Task]) -> ForcesBySource {
+    fn forces(&self, tasks: &[&ComparedTask]) -> ForcesBySource {
         let contact = self.contact_thresholds();
         let trajectories: Vec<Trajectory> = tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
         let all: Vec<_> = tasks.iter().map(|task| task.forces(contact)).collect();
         ForcesBySource::from_fn(|k| {
-            let said: Option<Vec<Vec<Said>>> = all.iter().map(|task| task[k].clone()).collect();
+            let said: Option<Vec<Vec<ForceEstimates>>> = all.iter().map(|task| task[k].clone()).collect();
             force_scores(&trajectories, &said?.concat(), (usize::MAX, self.actuator.contact))
         })
     }
@@ -219,7 +219,7 @@ impl<'a> Comparison<'a> {
     /// Of every method and horizon, the mean over the tasks of a score; `None` where a task has none.
     fn means(&self, of: &dyn Fn(&PoseScores) -> Option<f64>) -> ByMethod<ByHorizon<Option<f64>>> {
         let mean = |method: usize, horizon: usize| -> Option<f64> {
-            let one = |task: &Task| of(&self.poses(task, method, horizon));
+            let one = |task: &ComparedTask| of(&self.poses(task, method, horizon));
             Some(self.tasks.iter().map(one).sum::<Option<f64>>()? / self.tasks.len() as f64)
         };
         ByMethod::from_fn(|method| ByHorizon::from_fn(|horizon| mean(method, horizon)))
@@ -237,14 +237,14 @@ impl<'a> Comparison<'a> {
         let arm = actuator.observed_arm(model);
         let of = |one: &Trajectory| match &actuator.sensing {
             Some(sensing) => {
-                Ok(ConditionSaid::of(&sensing.along(arm.as_ref().map_err(Clone::clone)?, about, one)?))
+                Ok(ConditionEstimate::of(&sensing.along(arm.as_ref().map_err(Clone::clone)?, about, one)?))
             }
-            None => Ok(said(&roll_out(actuator, simulation, one, Telemetry::Recorded))),
+            None => Ok(said(&roll_out(actuator, simulation, one, TelemetrySource::Recorded))),
         };
         let known = parallel::try_map::<_, _, BadInput>(&training, of)?;
         let tasks = || tasks.iter().filter(|task| task.name.starts_with(begin));
         let test: Vec<Trajectory> = tasks().flat_map(|task| task.trajectories.clone()).collect();
-        let asked: Vec<ConditionSaid> = tasks().flat_map(Task::conditions).collect();
+        let asked: Vec<ConditionEstimate> = tasks().flat_map(ComparedTask::conditions).collect();
         detectors((self.bare.model(), &actuator.features), [&training, &test], [&known, &asked])
     }
 
@@ -259,7 +259,7 @@ impl<'a> Comparison<'a> {
             let joint = |k: usize| positions.iter().skip(k).step_by(m).take(rows).copied().collect();
             (0..features.joints).map(joint).collect()
         };
-        let z = |said: Option<Vec<Said>>| -> Option<Vec<f64>> {
+        let z = |said: Option<Vec<ForceEstimates>>| -> Option<Vec<f64>> {
             Some(said?.first()?.0.iter().take(rows).map(|force| force[2]).collect())
         };
         Some(TaskTrace {

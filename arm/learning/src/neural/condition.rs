@@ -12,12 +12,12 @@ use smartcore::linalg::basic::matrix::DenseMatrix;
 use smartcore::svm::Kernels;
 use smartcore::svm::svc::{SVC, SVCParameters};
 
+use super::baselines::{gravity_at, positions_of};
 use super::data::Trajectory;
 use super::evaluate::area_under_curve;
-use super::features::Features;
+use super::features::FeatureLayout;
 use super::loss::watched_motor;
-use super::rivals::{gravity_at, positions_of};
-use super::sensing::Sensed;
+use super::sensing::SensedTrajectory;
 use hysteron_arm_dynamics::Model;
 
 /// Samples of a window, and from one to the next.
@@ -46,28 +46,28 @@ pub struct DetectorScores {
 
 /// Condition estimates of the watched motor along a trajectory, one per sample (n_samples).
 #[derive(Debug, Clone, Default)]
-pub struct ConditionSaid {
+pub struct ConditionEstimate {
     /// How healthy a network finds it; empty without one.
     pub network: Vec<f64>,
     /// Evidence for a healthy motor by the torque that the drive, the bodies and a force on the tip do not explain, as
-    /// [`super::Observed::evidence`]; empty without an observer.
+    /// [`super::ObservedTrajectory::evidence`]; empty without an observer.
     pub evidence: Vec<f64>,
 }
 
-impl ConditionSaid {
+impl ConditionEstimate {
     /// Of a network of labels next to an observer.
-    pub fn of(sensed: &Sensed) -> Self {
+    pub fn of(sensed: &SensedTrajectory) -> Self {
         Self { network: sensed.condition.clone(), evidence: sensed.evidence.clone() }
     }
 }
 
 /// Current less what a healthy motor needs, as a line over gravity, speed, sign of the motion and one.
-struct Friction {
+struct CurrentLine {
     coefficients: Vec<f64>,
 }
 
 /// Four signals of the watched motor at every row: current, speed, error, position.
-fn signals(features: &Features, trajectory: &Trajectory) -> [Vec<f64>; 4] {
+fn signals(features: &FeatureLayout, trajectory: &Trajectory) -> [Vec<f64>; 4] {
     let (m, watched) = (features.motors(), watched_motor(features));
     let column =
         |k: usize| trajectory.inputs.iter().skip(k).step_by(features.len()).copied().collect::<Vec<f64>>();
@@ -76,8 +76,8 @@ fn signals(features: &Features, trajectory: &Trajectory) -> [Vec<f64>; 4] {
     [column(features.currents() + watched), column(3 * m + watched), error, position]
 }
 
-impl Friction {
-    fn regressor(model: &Model, features: &Features, trajectory: &Trajectory) -> Vec<f64> {
+impl CurrentLine {
+    fn regressor(model: &Model, features: &FeatureLayout, trajectory: &Trajectory) -> Vec<f64> {
         let gravity = gravity_at(model, features, &positions_of(features, trajectory));
         let (m, watched) = (features.motors(), watched_motor(features));
         let [_, speed, _, _] = signals(features, trajectory);
@@ -86,7 +86,7 @@ impl Friction {
     }
 
     /// From healthy trajectories.
-    fn fit(model: &Model, features: &Features, healthy: &[&Trajectory]) -> Self {
+    fn fit(model: &Model, features: &FeatureLayout, healthy: &[&Trajectory]) -> Self {
         let mut normal = NormalEquations::new(4, 1);
         for one in healthy {
             normal.add(&Self::regressor(model, features, one), &signals(features, one)[0]);
@@ -95,7 +95,7 @@ impl Friction {
     }
 
     /// Current along the motion beyond what a healthy motor needs, at every row [A]; zero where it stands.
-    fn excess(&self, model: &Model, features: &Features, trajectory: &Trajectory) -> Vec<f64> {
+    fn excess(&self, model: &Model, features: &FeatureLayout, trajectory: &Trajectory) -> Vec<f64> {
         let rows = Self::regressor(model, features, trajectory);
         let [current, speed, _, _] = signals(features, trajectory);
         rows.chunks_exact(4)
@@ -142,9 +142,9 @@ struct Windows {
 
 impl Windows {
     fn of(
-        (model, features, friction): (&Model, &Features, &Friction),
+        (model, features, friction): (&Model, &FeatureLayout, &CurrentLine),
         trajectories: &[Trajectory],
-        said: &[ConditionSaid],
+        said: &[ConditionEstimate],
     ) -> Self {
         let mut all = Self::default();
         for (k, trajectory) in trajectories.iter().enumerate() {
@@ -188,9 +188,9 @@ impl Windows {
 /// # Errors
 /// `BadInput` where one of both has not both conditions.
 pub fn detectors(
-    (model, features): (&Model, &Features),
+    (model, features): (&Model, &FeatureLayout),
     [training, test]: [&[Trajectory]; 2],
-    said: [&[ConditionSaid]; 2],
+    said: [&[ConditionEstimate]; 2],
 ) -> Result<Vec<DetectorScores>, BadInput> {
     for (name, part) in [("training recordings", training), ("test recordings", test)] {
         let has =
@@ -204,7 +204,7 @@ pub fn detectors(
         }
     }
     let healthy: Vec<&Trajectory> = training.iter().filter(|one| one.is_healthy == Some(true)).collect();
-    let about = (model, features, &Friction::fit(model, features, &healthy));
+    let about = (model, features, &CurrentLine::fit(model, features, &healthy));
     let (known, asked) = (Windows::of(about, training, said[0]), Windows::of(about, test, said[1]));
     let [x, y] = [known.scaled(&known), asked.scaled(&known)];
     let mut all = Vec::new();

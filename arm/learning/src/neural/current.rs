@@ -5,7 +5,7 @@ use hysteron_learn::ridge::NormalEquations;
 use serde::{Deserialize, Serialize};
 
 use super::data::{Trajectory, usual_gain};
-use super::features::Features;
+use super::features::FeatureLayout;
 
 /// Keeps columns apart that the data does not tell apart; relative.
 pub(super) const PENALTY: f64 = 1e-9;
@@ -23,7 +23,7 @@ pub struct CurrentModel {
 }
 
 /// Error and speed of every motor, from inputs in SI.
-fn error_and_speed(features: &Features, inputs: &[f64], motor: usize) -> [f64; 2] {
+fn error_and_speed(features: &FeatureLayout, inputs: &[f64], motor: usize) -> [f64; 2] {
     let m = features.motors();
     let position = match features.gripper {
         Some(gripper) if motor == features.joints => (inputs[m + motor] - gripper.offset) / gripper.slope,
@@ -37,7 +37,7 @@ impl CurrentModel {
     ///
     /// # Errors
     /// `BadInput` where there is no row, or some recordings say their gain and others do not.
-    pub fn fit(features: &Features, trajectories: &[Trajectory]) -> Result<Self, BadInput> {
+    pub fn fit(features: &FeatureLayout, trajectories: &[Trajectory]) -> Result<Self, BadInput> {
         if trajectories.is_empty() {
             return Err(BadInput::new("recordings", "one or more", "none"));
         }
@@ -61,7 +61,7 @@ impl CurrentModel {
     }
 
     /// Puts the model's currents in place of the recorded ones, and voltages and temperatures of `first`; `gain` is over the model's.
-    pub fn replace(&self, features: &Features, (first, gain): (&[f64], f64), inputs: &mut [f64]) {
+    pub fn replace(&self, features: &FeatureLayout, (first, gain): (&[f64], f64), inputs: &mut [f64]) {
         let m = features.motors();
         inputs[4 * m..6 * m].copy_from_slice(&first[4 * m..6 * m]);
         for (k, [by_error, by_speed, zero]) in self.coefficients.iter().enumerate() {
@@ -71,7 +71,7 @@ impl CurrentModel {
     }
 
     /// Moves the gradient by the currents to positions and speeds; `gain` is over the model's.
-    pub fn pull_back(&self, features: &Features, gain: f64, by_inputs: &mut [f64]) {
+    pub fn pull_back(&self, features: &FeatureLayout, gain: f64, by_inputs: &mut [f64]) {
         let m = features.motors();
         for (k, [by_error, by_speed, _]) in self.coefficients.iter().enumerate() {
             let by_current = std::mem::take(&mut by_inputs[features.currents() + k]);

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use hysteron_base::{BadInput, Recording};
 
-use super::features::{Features, GripperAxis};
+use super::features::{FeatureLayout, GripperAxis};
 use hysteron_arm_estimation::position_gain;
-use hysteron_arm_estimation::{Quantity, Recorded};
+use hysteron_arm_estimation::{ArmRecording, JointQuantityKind};
 use hysteron_base::import::MAX_LEFT_OUT;
 use hysteron_base::sampling::{STEP_SCATTER, SampleSteps};
 
@@ -121,7 +121,7 @@ pub fn gripper_of(recordings: &[Recording]) -> Result<Option<GripperAxis>, BadIn
     let (mut sums, mut n) = ([0.0; 5], 0.0);
     for recording in recordings {
         let Some(aperture) = recording.channel("aperture_m") else { continue };
-        let joints = Recorded::of(recording)?.joints;
+        let joints = ArmRecording::of(recording)?.joints;
         let Some(angle) = joints.last().and_then(|joint| joint.position) else { continue };
         for (x, y) in angle.iter().zip(aperture) {
             for (sum, part) in sums.iter_mut().zip([*x, *y, x * x, x * y, y * y]) {
@@ -172,7 +172,7 @@ pub(super) fn usual_gain(trajectories: &[Trajectory]) -> Result<Option<f64>, Bad
 /// switched off: it follows no goal there.
 pub fn trajectory_of(
     recording: &Recording,
-    features: &Features,
+    features: &FeatureLayout,
     period: f64,
     unlabelled: Unlabelled,
 ) -> Result<Trajectory, BadInput> {
@@ -187,19 +187,19 @@ pub fn trajectory_of(
     };
     check_gaps(recording.gap())?;
     check_torque_on(recording, features.motors())?;
-    let recorded = Recorded::of(recording)?;
+    let recorded = ArmRecording::of(recording)?;
     let m = features.motors();
     if recorded.joints.len() != m {
         let expected = format!("{m} motors, as the others or the model have");
         return Err(BadInput::new("recording", expected, recorded.joints.len().to_string()));
     }
     let wanted = [
-        Quantity::Goal,
-        Quantity::Position,
-        Quantity::Velocity,
-        Quantity::Current,
-        Quantity::Voltage,
-        Quantity::Temperature,
+        JointQuantityKind::Goal,
+        JointQuantityKind::Position,
+        JointQuantityKind::Velocity,
+        JointQuantityKind::Current,
+        JointQuantityKind::Voltage,
+        JointQuantityKind::Temperature,
     ];
     let mut series = Vec::new();
     for quantity in wanted {
@@ -224,7 +224,7 @@ pub fn trajectory_of(
         states.extend(state);
     }
     let extra = &recording.meta().extra;
-    let voltage = recorded.require(Quantity::Pwm).ok().map(|pwm| {
+    let voltage = recorded.require(JointQuantityKind::Pwm).ok().map(|pwm| {
         let row = |i: usize| (0..features.joints).map(move |k| (i, k));
         (0..n).flat_map(row).map(|(i, k)| series[4][k][i] * pwm[k][i]).collect()
     });
@@ -252,7 +252,7 @@ fn check_torque_on(recording: &Recording, motors: usize) -> Result<(), BadInput>
     Ok(())
 }
 
-fn forces(recorded: &Recorded, n: usize, unlabelled: Unlabelled) -> Vec<Option<[f64; 3]>> {
+fn forces(recorded: &ArmRecording, n: usize, unlabelled: Unlabelled) -> Vec<Option<[f64; 3]>> {
     let label = |axis: usize, i: usize| {
         let series = recorded.force[axis].as_ref()?;
         series.labelled.is_none_or(|labelled| labelled[i] >= 0.5).then_some(series.values[i])

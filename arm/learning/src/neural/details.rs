@@ -1,25 +1,25 @@
 //! What the file of an actuator says of its training, and the baselines that were fitted with it.
 
-use hysteron_arm_estimation::servo_force::Observers;
+use hysteron_arm_estimation::servo_force::BaselineObservers;
 use hysteron_learn::{Provenance, options_of_this_version};
 use serde::{Deserialize, Serialize};
 
-use super::rivals::LagAndDroop;
+use super::baselines::FirstOrderServo;
 use super::sensing_training::SensingOptions;
-use super::servo::ServoModel;
+use super::servo::RolloutServo;
 use super::training::NeuralOptions;
 
 /// Baselines of an actuator, fitted to the same trajectories.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Rivals {
+pub struct Baselines {
     /// The goal later, smoother and lower.
     #[serde(rename = "lag_and_droop")]
-    pub lag: LagAndDroop,
+    pub lag: FirstOrderServo,
     /// A servo identified by rollout.
-    pub servo: ServoModel,
+    pub servo: RolloutServo,
     /// Momentum observers, where PWM and contact-free trajectories are asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub observers: Option<Observers>,
+    pub observers: Option<BaselineObservers>,
 }
 
 /// Training and baselines of an actuator; what is not known is left out of its file.
@@ -28,7 +28,7 @@ pub struct Rivals {
 pub struct ActuatorDetails {
     /// Baselines, fitted to the same trajectories.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub rivals: Option<Rivals>,
+    pub rivals: Option<Baselines>,
     /// How the network in the loop was trained.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "options_of_this_version")]
     pub options: Option<NeuralOptions>,

@@ -4,16 +4,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::actuator::NeuralActuator;
-use super::closed_loop::ClosedLoop;
+use super::closed_loop::ActuatorLoop;
 use super::data::Trajectory;
-use super::features::Features;
+use super::features::FeatureLayout;
 use super::loss::{Heads, length, sigmoid, wrap};
-use super::segment::{Segment, Telemetry};
-use super::simulation::Simulation;
+use super::segment::{Segment, TelemetrySource};
+use super::simulation::ArmSimulation;
 
 /// A whole trajectory in simulation, from its recorded initial state.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rollout {
+pub struct ArmRollout {
     /// Positions of all motors at every row (rows × m) [rad].
     pub positions: Vec<f64>,
     /// Force on the tip at every row but the last [N].
@@ -27,20 +27,20 @@ pub struct Rollout {
 /// Rolls a trajectory out.
 pub fn roll_out(
     actuator: &NeuralActuator,
-    simulation: &Simulation,
+    simulation: &ArmSimulation,
     trajectory: &Trajectory,
-    telemetry: Telemetry<'_>,
-) -> Rollout {
+    telemetry: TelemetrySource<'_>,
+) -> ArmRollout {
     let horizon = trajectory.len() - 1;
     let segment = Segment { trajectory, start: 0, telemetry };
     let mut closed =
-        ClosedLoop::new((simulation, &actuator.scale), (&actuator.network, None), vec![segment], horizon);
+        ActuatorLoop::new((simulation, &actuator.scale), (&actuator.network, None), vec![segment], horizon);
     closed.run(&closed.recorded_start());
     let m = actuator.features.motors();
     let positions = closed.states().chunks_exact(2 * m).flat_map(|state| &state[..m]).copied().collect();
     let heads = Heads::new(&actuator.features);
     let n = actuator.network.shape().outputs();
-    let mut rollout = Rollout { positions, force: Vec::new(), gate: Vec::new(), condition: Vec::new() };
+    let mut rollout = ArmRollout { positions, force: Vec::new(), gate: Vec::new(), condition: Vec::new() };
     for outputs in closed.outputs().chunks_exact(n) {
         let outputs: Vec<f64> = outputs.iter().map(|y| f64::from(*y)).collect();
         rollout.force.push(heads.force_of(&outputs));
@@ -71,7 +71,7 @@ impl PoseScores {
 /// Errors of positions (rows × m, for each trajectory) over the first `horizon` steps after the initial state, as
 /// MAE_j(T) of the paper: a mean over steps, then over trajectories. Rows that were filled in do not count.
 pub fn pose_scores(
-    features: &Features,
+    features: &FeatureLayout,
     trajectories: &[Trajectory],
     positions: &[Vec<f64>],
     horizon: usize,

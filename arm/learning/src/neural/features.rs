@@ -17,7 +17,7 @@ pub struct GripperAxis {
 /// temperatures, the aperture's goal, errors of the joints, error of the aperture. 36 for four joints and a gripper.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Features {
+pub struct FeatureLayout {
     /// Joints of the arm n.
     pub joints: usize,
     /// The gripper, where there is one.
@@ -27,7 +27,7 @@ pub struct Features {
 /// Inputs beyond so many spreads are taken as that many.
 const CLIP: f64 = 10.0;
 
-impl Features {
+impl FeatureLayout {
     /// Motors m: one for each joint, and that of the gripper.
     pub fn motors(&self) -> usize {
         self.joints + usize::from(self.gripper.is_some())
@@ -160,7 +160,7 @@ impl InputScale {
     /// # Errors
     /// `BadInput` where there is no row.
     pub fn of<'a>(
-        features: &Features,
+        features: &FeatureLayout,
         rows: impl Iterator<Item = &'a [f64]> + Clone,
     ) -> Result<Self, BadInput> {
         Self::with_floors(&features.floors(), rows)

@@ -11,26 +11,26 @@ use hysteron_learn::{
 use serde::{Deserialize, Serialize};
 
 use super::actuator::NeuralActuator;
+use super::baselines::FirstOrderServo;
 use super::current::CurrentModel;
 use super::data::Trajectory;
-use super::details::{ActuatorDetails, Rivals};
-use super::features::{Features, InputScale};
+use super::details::{ActuatorDetails, Baselines};
+use super::features::{FeatureLayout, InputScale};
 use super::loss::Heads;
 use super::motors::Motors;
 use super::observations::IdentifiedArm;
-use super::rivals::LagAndDroop;
 use super::sensing::Sensing;
 use super::sensing_training::{SensingOptions, SensingTask, identified_observers};
-use super::servo::ServoModel;
-use super::simulation::{Simulation, SimulationOptions};
+use super::servo::RolloutServo;
+use super::simulation::{ArmSimulation, SimulationOptions};
 use super::training::{NeuralOptions, NeuralTask};
 use hysteron_arm_dynamics::Model;
-use hysteron_arm_estimation::servo_force::{Observers, observed_arm};
+use hysteron_arm_estimation::servo_force::{BaselineObservers, observed_arm};
 
 /// Model that drives the simulated motors next to the network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Prior {
+pub enum MotorModelKind {
     /// Nothing, as published.
     None,
     /// A position servo identified by rollout.
@@ -55,7 +55,7 @@ pub struct ActuatorOptions {
     /// Samples that it sees, the current one among them.
     pub tokens: usize,
     /// Model that drives the simulated motors next to it.
-    pub prior: Prior,
+    pub prior: MotorModelKind,
     /// How it is trained.
     pub training: NeuralOptions,
     /// Force, contact and condition by a network of their own; none where that in the loop says them, as published.
@@ -65,7 +65,7 @@ pub struct ActuatorOptions {
     /// Parameters of the simulated motors.
     #[serde(default, skip_serializing_if = "Motors::are_published")]
     pub motors: Motors,
-    /// The drive of [`Prior::Drive`].
+    /// The drive of [`MotorModelKind::Drive`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<CatalogueDrive>,
 }
@@ -75,7 +75,7 @@ impl ActuatorOptions {
     pub const TOKENS: usize = 9;
 
     /// The network in the loop for these motors.
-    pub fn shape(&self, features: &Features) -> TransformerShape {
+    pub fn shape(&self, features: &FeatureLayout) -> TransformerShape {
         let published = TransformerShape::published(features.len(), &Heads::sizes(features), self.form);
         let of = |block: BlockKind, width: usize| TransformerShape {
             width,
@@ -97,7 +97,7 @@ impl ActuatorOptions {
     }
 }
 
-impl Rivals {
+impl Baselines {
     /// As they were fitted with an actuator.
     ///
     /// # Errors
@@ -120,7 +120,7 @@ impl Rivals {
 
 /// Which network is trained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stage {
+pub enum TrainingStage {
     /// That in the loop.
     Loop,
     /// That of force, contact and condition.
@@ -134,7 +134,7 @@ pub struct ActuatorSession<'a> {
     /// Files to go on from, of both networks.
     pub files: [&'a Path; 2],
     /// Gets the progress; ends the training where it returns false.
-    pub progress: &'a mut dyn FnMut(Stage, &TrainingProgress) -> bool,
+    pub progress: &'a mut dyn FnMut(TrainingStage, &TrainingProgress) -> bool,
 }
 
 /// Result of a training: actuator, validation errors and learning curve.
@@ -162,7 +162,7 @@ pub struct ActuatorFit {
 /// `BadInput` for options out of range or trajectories that lack something; files of another training.
 pub fn fit_actuator(
     model: &Model,
-    features: &Features,
+    features: &FeatureLayout,
     sets: [&[Trajectory]; 2],
     options: &ActuatorOptions,
     session: &mut ActuatorSession<'_>,
@@ -171,21 +171,21 @@ pub fn fit_actuator(
     options.motors.check()?;
     let [training, _] = sets;
     let alone = SimulationOptions::without_servo(&options.motors, options.period);
-    let simulation = Simulation::new(model, features, &alone)?;
+    let simulation = ArmSimulation::new(model, features, &alone)?;
     let rows = training.iter().flat_map(|one| one.inputs.chunks_exact(features.len()));
     let scale = InputScale::of(features, rows)?;
     let arm = options.sensing.as_ref().map(|_| observed_arm(model, features.joints)).transpose()?;
     let observe = |arm: &Model| identified_observers(arm, (features, options.period), training);
-    let rivals = Rivals {
-        lag: LagAndDroop::fit(simulation.model(), features, training)?,
-        servo: ServoModel::fit(model, (features, options.period, &options.motors), training, &|_, _| true)?,
+    let rivals = Baselines {
+        lag: FirstOrderServo::fit(simulation.model(), features, training)?,
+        servo: RolloutServo::fit(model, (features, options.period, &options.motors), training, &|_, _| true)?,
         observers: arm.as_ref().map(observe).transpose()?,
     };
     let mut network = Transformer::<f32>::new(&options.shape(features), options.training.seed)?;
     let driven = match options.prior {
-        Prior::None => None,
-        Prior::Servo => Some(SimulationOptions::with_servo(&rivals.servo, options.period)),
-        Prior::Drive => {
+        MotorModelKind::None => None,
+        MotorModelKind::Servo => Some(SimulationOptions::with_servo(&rivals.servo, options.period)),
+        MotorModelKind::Drive => {
             let missing = || BadInput::new("drive", "one, for a drive in the loop", "none");
             let drive = options.drive.as_ref().ok_or_else(missing)?;
             Some(SimulationOptions::with_drive(drive, &options.motors, options.period))
@@ -193,7 +193,7 @@ pub fn fit_actuator(
     };
     let mut simulation = simulation;
     if let Some(driven) = driven {
-        simulation = Simulation::new(model, features, &driven)?;
+        simulation = ArmSimulation::new(model, features, &driven)?;
         network = network.with_silent_head(Heads::TORQUE);
     }
     let currents = CurrentModel::fit(features, training)?;
@@ -202,7 +202,7 @@ pub fn fit_actuator(
         "shape": hysteron_learn::TrainableModel::shape(&network), "options": options.training, "simulation": simulation.options(),
         "features": features, "recordings": session.recordings,
     });
-    let mut listener = |p: &TrainingProgress| (session.progress)(Stage::Loop, p);
+    let mut listener = |p: &TrainingProgress| (session.progress)(TrainingStage::Loop, p);
     let mut own = TrainingSession { file: Some(session.files[0]), progress: &mut listener };
     let found = fit(&mut task, network, &identity, &mut own)?;
     let steps = task.steps;
@@ -244,8 +244,8 @@ pub fn fit_actuator(
 /// # Errors
 /// `BadInput` where nothing can be learned from the sets, a damaged or foreign state of a training, or a card that does not answer.
 pub fn fit_sensing(
-    (arm, features, period): (&Model, &Features, f64),
-    observers: &Observers,
+    (arm, features, period): (&Model, &FeatureLayout, f64),
+    observers: &BaselineObservers,
     sets: [&[Trajectory]; 2],
     options: &SensingOptions,
     session: &mut ActuatorSession<'_>,
@@ -257,7 +257,7 @@ pub fn fit_sensing(
     let identity = json!({
         "options": options, "features": features, "observers": observers, "recordings": session.recordings,
     });
-    let mut listener = |p: &TrainingProgress| (session.progress)(Stage::Sensing, p);
+    let mut listener = |p: &TrainingProgress| (session.progress)(TrainingStage::Sensing, p);
     let mut own = TrainingSession { file: Some(session.files[1]), progress: &mut listener };
     let found = fit(&mut task, network, &identity, &mut own)?;
     let sensing = Sensing { network: found.model.clone(), scale: task.scale().clone(), known };

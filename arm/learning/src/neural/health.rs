@@ -1,4 +1,4 @@
-//! `Health`: what the torques of the watched joint say of its condition, from one sample after the other.
+//! `JointHealth`: what the torques of the watched joint say of its condition, from one sample after the other.
 //!
 //! The external torque of a joint which no force on the tip explains, e = r − Jᵀ f̂ with f̂ of the other joints alone, is friction beyond the
 //! identified one, a spring, or an error of the bodies. It is a line over what these would be:
@@ -62,14 +62,14 @@ pub(super) struct HealthSample {
 
 /// A Gaussian belief of the coefficients, and how well it has foretold.
 #[derive(Debug, Clone)]
-struct Belief {
+struct CoefficientPosterior {
     mean: [f64; P],
     covariance: Vec<f64>,
     /// Logarithm of its likelihood, but for a constant.
     evidence: f64,
 }
 
-impl Belief {
+impl CoefficientPosterior {
     fn new(mean: [f64; P], covariance: Vec<f64>) -> Self {
         Self { mean, covariance, evidence: 0.0 }
     }
@@ -93,13 +93,13 @@ impl Belief {
 
 /// The watched joint of one arm, sample by sample.
 #[derive(Debug, Clone)]
-pub(super) struct Health {
+pub(super) struct JointHealth {
     model: HealthModel,
     /// Part of the way to a new value in a sample, as that of the observer.
     share: f64,
     regressor: [f64; P],
     /// As healthy joints are, and as others may be.
-    beliefs: [Belief; 2],
+    beliefs: [CoefficientPosterior; 2],
 }
 
 /// φ before the low pass.
@@ -116,7 +116,7 @@ fn diagonal(values: [f64; P]) -> Vec<f64> {
     matrix
 }
 
-impl Health {
+impl JointHealth {
     /// Numbers that [`Self::channels`] writes.
     pub const CHANNELS: usize = P + 1;
 
@@ -128,7 +128,8 @@ impl Health {
             .zip(diagonal(FAULT.map(|s| s * s)))
             .map(|(own, more)| own + more)
             .collect();
-        let beliefs = [model.covariance.clone(), wide].map(|covariance| Belief::new(model.mean, covariance));
+        let beliefs = [model.covariance.clone(), wide]
+            .map(|covariance| CoefficientPosterior::new(model.mean, covariance));
         let share = gain * period / (1.0 + gain * period);
         Self { model: model.clone(), share, regressor: [0.0; P], beliefs }
     }
@@ -163,7 +164,7 @@ impl Health {
 }
 
 impl HealthModel {
-    /// From samples of healthy trajectories, period and gain of the observer as [`Health::new`] has them.
+    /// From samples of healthy trajectories, period and gain of the observer as [`JointHealth::new`] has them.
     ///
     /// # Errors
     /// `BadInput` where none of them moves the joint.
@@ -209,8 +210,8 @@ impl HealthModel {
         Ok(Self { knots, mean, covariance, noise })
     }
 
-    fn along(&self, samples: &[HealthSample], about: (f64, f64)) -> Health {
-        let mut health = Health::new(self, about);
+    fn along(&self, samples: &[HealthSample], about: (f64, f64)) -> JointHealth {
+        let mut health = JointHealth::new(self, about);
         samples.iter().for_each(|sample| health.update(sample));
         health
     }
@@ -218,7 +219,7 @@ impl HealthModel {
     /// Sum of squares about the line that is found last, and samples.
     fn left(&self, samples: &[HealthSample], about: (f64, f64)) -> [f64; 2] {
         let found = self.along(samples, about).beliefs[1].mean;
-        let mut again = Health::new(self, about);
+        let mut again = JointHealth::new(self, about);
         let mut sums = [0.0; 2];
         for sample in samples {
             again.update(sample);
@@ -294,7 +295,7 @@ mod tests {
             assert!(evidence(dry, band) < -5.0, "{dry} {band}: {}", evidence(dry, band));
         }
         let off: Vec<f64> = model.along(&samples(20, 0.15, 0.0), ABOUT).channels().collect();
-        assert_eq!(off.len(), Health::CHANNELS);
+        assert_eq!(off.len(), JointHealth::CHANNELS);
     }
 
     #[test]

@@ -3,13 +3,13 @@
 use hysteron_actuator::Drive;
 
 use super::data::Trajectory;
-use super::features::Features;
+use super::features::FeatureLayout;
 use super::segment::Segment;
 use super::simulation::SimulationOptions;
 
 /// Temperatures of drives along rollouts. Torques follow from them, and gradients take them as given: windings warm in seconds.
 #[derive(Debug, Clone)]
-pub(super) struct Heat<'a> {
+pub(super) struct WindingTemperatures<'a> {
     drive: Option<&'a Drive>,
     motors: usize,
     period: f64,
@@ -20,9 +20,9 @@ pub(super) struct Heat<'a> {
     windings: Vec<f64>,
 }
 
-impl<'a> Heat<'a> {
+impl<'a> WindingTemperatures<'a> {
     /// Of rollouts along these segments: drives were as warm as recorded at the beginning of a recording, and warmed from there on.
-    pub fn new(options: &'a SimulationOptions, features: &Features, segments: &[Segment<'_>]) -> Self {
+    pub fn new(options: &'a SimulationOptions, features: &FeatureLayout, segments: &[Segment<'_>]) -> Self {
         let (drive, period) = (options.drive.as_ref().map(|one| &one.drive), options.period);
         let of = |drive| {
             let of_segment =
@@ -63,7 +63,7 @@ impl<'a> Heat<'a> {
 /// Winding and case of every motor at a row of a recording.
 fn warmed(
     drive: &Drive,
-    (features, period): (&Features, f64),
+    (features, period): (&FeatureLayout, f64),
     trajectory: &Trajectory,
     row: usize,
 ) -> Vec<[f64; 2]> {

@@ -1,4 +1,4 @@
-//! `Estimator`: torques, force, contact and condition from the telemetry of servos, one sample after the other as they come.
+//! `LiveEstimator`: torques, force, contact and condition from the telemetry of servos, one sample after the other as they come.
 //!
 //! It holds both networks: that in the loop gives the torques at measured states, that of `sensing` the rest. A recording and a bus go
 //! through the same object.
@@ -8,9 +8,9 @@ use hysteron_learn::{TransformerRunner, WeightFormat};
 
 use super::actuator::NeuralActuator;
 use super::data::gain_ratio;
-use super::features::{Features, InputScale};
+use super::features::{FeatureLayout, InputScale};
 use super::loss::Heads;
-use super::sensing::{SensedNow, SensingRunner};
+use super::sensing::{ContactEstimate, SensingRunner};
 use super::simulation::SimulationOptions;
 use hysteron_arm_dynamics::Model;
 
@@ -38,8 +38,8 @@ pub struct ServoTelemetry<'a> {
 
 /// A trained actuator that estimates sample by sample.
 #[derive(Debug, Clone)]
-pub struct Estimator<'m> {
-    features: Features,
+pub struct LiveEstimator<'m> {
+    features: FeatureLayout,
     scale: InputScale,
     simulation: SimulationOptions,
     /// Gain of the servos' position loops over that which the stiffness holds for.
@@ -55,7 +55,7 @@ pub struct Estimator<'m> {
     heat: Vec<[f64; 2]>,
 }
 
-impl<'m> Estimator<'m> {
+impl<'m> LiveEstimator<'m> {
     /// Of `model`, the arm that [`NeuralActuator::observed_arm`] gives. It has seen no sample yet.
     ///
     /// # Errors
@@ -98,7 +98,7 @@ impl<'m> Estimator<'m> {
     ///
     /// # Panics
     /// Where it has another number of motors.
-    pub fn update(&mut self, sample: &ServoTelemetry<'_>) -> SensedNow {
+    pub fn update(&mut self, sample: &ServoTelemetry<'_>) -> ContactEstimate {
         let (m, n) = (self.features.motors(), self.features.joints);
         self.state[..m].copy_from_slice(sample.position);
         self.state[m..].copy_from_slice(sample.velocity);
@@ -114,8 +114,8 @@ impl<'m> Estimator<'m> {
         now
     }
 
-    /// Takes a sample as [`Features::gather`] orders it, with its state, and voltages on the motors of the joints (n) [V].
-    pub fn update_inputs(&mut self, [inputs, state, voltage]: [&[f64]; 3]) -> SensedNow {
+    /// Takes a sample as [`FeatureLayout::gather`] orders it, with its state, and voltages on the motors of the joints (n) [V].
+    pub fn update_inputs(&mut self, [inputs, state, voltage]: [&[f64]; 3]) -> ContactEstimate {
         for (k, (to, x)) in self.token.iter_mut().zip(inputs).enumerate() {
             *to = self.scale.at(k, *x).0 as f32;
         }

@@ -6,7 +6,7 @@ use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
 use super::data::Trajectory;
-use super::features::Features;
+use super::features::FeatureLayout;
 use super::segment::Segment;
 
 /// Weights of the losses and where they turn from squares to sizes.
@@ -81,7 +81,7 @@ impl LossWeights {
     pub fn pose(
         &self,
         (trajectory, target): (&Trajectory, usize),
-        features: &Features,
+        features: &FeatureLayout,
         state: &[f64],
         totals: &Totals,
         gradient: &mut [f64],
@@ -153,7 +153,7 @@ fn published_contact() -> f64 {
 const WATCHED: usize = 2;
 
 /// The motor whose condition is learned: the third, or the last where there are fewer.
-pub(super) fn watched_motor(features: &Features) -> usize {
+pub(super) fn watched_motor(features: &FeatureLayout) -> usize {
     WATCHED.min(features.motors() - 1)
 }
 
@@ -173,13 +173,13 @@ impl Heads {
     pub const TORQUE: usize = 0;
 
     /// Where the outputs stand for these motors.
-    pub fn new(features: &Features) -> Self {
+    pub fn new(features: &FeatureLayout) -> Self {
         let m = features.motors();
         Self { force: m, gate: m + 3, condition: m + 4 + watched_motor(features) }
     }
 
     /// Outputs of every head.
-    pub fn sizes(features: &Features) -> [usize; 4] {
+    pub fn sizes(features: &FeatureLayout) -> [usize; 4] {
         let m = features.motors();
         [m, 3, 1, m]
     }

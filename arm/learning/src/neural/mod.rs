@@ -3,6 +3,8 @@
 
 mod actuator;
 mod adapt;
+mod base_frame;
+mod baselines;
 mod closed_loop;
 mod compare;
 mod comparison_scores;
@@ -10,18 +12,16 @@ mod condition;
 mod current;
 mod data;
 mod details;
+mod drive_model;
 mod evaluate;
 mod features;
 mod fit;
-mod heading;
 mod health;
 mod heat;
 mod live;
 mod loss;
 mod motors;
-mod mover;
 mod observations;
-mod rivals;
 mod segment;
 mod sensing;
 #[cfg(test)]
@@ -38,31 +38,34 @@ mod training;
 mod warm_start;
 
 pub use actuator::NeuralActuator;
-pub use closed_loop::{ClosedLoop, LoopGradient};
-pub use compare::Comparison;
+pub use baselines::{FirstOrderServo, Positions, copied_goal};
+pub use closed_loop::{ActuatorLoop, LoopGradient};
+pub use compare::BaselineComparison;
 pub use comparison_scores::{
     ActuatorComparison, ByHorizon, ByMethod, ComparisonFormat, FORCES, ForceSource, ForcesBySource, HORIZONS,
     METHODS, TaskScores, TaskTrace,
 };
-pub use condition::{ConditionSaid, DetectorScores, EVIDENCE, detectors};
+pub use condition::{ConditionEstimate, DetectorScores, EVIDENCE, detectors};
 pub use current::CurrentModel;
 pub use data::{MIN_ROWS, Trajectory, Unlabelled, gripper_of, trajectory_of};
-pub use details::{ActuatorDetails, Rivals};
+pub use details::{ActuatorDetails, Baselines};
 pub use evaluate::{
-    ForceScores, PoseScores, Rollout, area_under_curve, condition_scores, force_scores, pose_scores, roll_out,
+    ArmRollout, ForceScores, PoseScores, area_under_curve, condition_scores, force_scores, pose_scores,
+    roll_out,
 };
-pub use features::{Features, GripperAxis, InputScale};
-pub use fit::{ActuatorFit, ActuatorOptions, ActuatorSession, Prior, Stage, fit_actuator, fit_sensing};
+pub use features::{FeatureLayout, GripperAxis, InputScale};
+pub use fit::{
+    ActuatorFit, ActuatorOptions, ActuatorSession, MotorModelKind, TrainingStage, fit_actuator, fit_sensing,
+};
 pub use health::HealthModel;
-pub use live::{Estimator, ServoTelemetry};
+pub use live::{LiveEstimator, ServoTelemetry};
 pub use loss::{CONTACT, Heads, LossParts, LossWeights, Totals, length, wrap};
 pub use motors::Motors;
-pub use observations::{IdentifiedArm, Observed, telemetry};
-pub use rivals::{LagAndDroop, Positions, copied_goal};
-pub use segment::{Segment, Telemetry};
-pub use sensing::{Sensed, SensedNow, Sensing, SensingRunner};
+pub use observations::{IdentifiedArm, ObservedTrajectory, telemetry};
+pub use segment::{Segment, TelemetrySource};
+pub use sensing::{ContactEstimate, SensedTrajectory, Sensing, SensingRunner};
 pub use sensing_training::{SensingOptions, SensingTask, identified_observers};
-pub use servo::ServoModel;
-pub use simulation::{Asked, Simulation, SimulationOptions};
+pub use servo::RolloutServo;
+pub use simulation::{ArmSimulation, MotorCommand, SimulationOptions};
 pub use training::{NeuralOptions, NeuralTask, horizon_gradient};
 pub use warm_start::torques_of;

@@ -7,14 +7,16 @@
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
+use super::base_frame::BaseFrame;
 use super::data::Trajectory;
-use super::features::Features;
-use super::heading::Heading;
-use super::health::{ALIKE, Health, HealthModel, HealthSample};
+use super::features::FeatureLayout;
+use super::health::{ALIKE, HealthModel, HealthSample, JointHealth};
 use super::loss::{Heads, watched_motor};
 use hysteron_arm_dynamics::Model;
-use hysteron_arm_estimation::observer::{ForceFilter, TipForce};
-use hysteron_arm_estimation::servo_force::{DriveObserver, GAIN, STANDS, ServoDrive, Telemetry, tip_force};
+use hysteron_arm_estimation::observer::{ForceFilter, TipForceEstimator};
+use hysteron_arm_estimation::servo_force::{
+    DriveObserver, GAIN, STANDS, ServoDrive, ServoForceTelemetry, tip_force,
+};
 
 /// Gains of observers in addition to that whose force is added to [1/s]: what comes and goes within a second
 /// is seen sooner, with more noise.
@@ -44,33 +46,33 @@ pub struct IdentifiedArm {
 }
 
 /// Numbers of a sample.
-pub(super) fn channels(features: &Features) -> usize {
+pub(super) fn channels(features: &FeatureLayout) -> usize {
     parts(features).into_iter().map(|(n, _)| n).sum::<usize>() + features.len()
 }
 
 /// Channels in addition to the telemetry, and their least spreads.
-fn parts(features: &Features) -> [(usize, f64); 4] {
+fn parts(features: &FeatureLayout) -> [(usize, f64); 4] {
     let n = features.joints;
     let forces = 3 * (2 + FASTER.len() + MEMORY.len());
-    [(forces, FLOORS[0]), (4 * n, FLOORS[1]), (n, FLOORS[2]), (Health::CHANNELS, FLOORS[3])]
+    [(forces, FLOORS[0]), (4 * n, FLOORS[1]), (n, FLOORS[2]), (JointHealth::CHANNELS, FLOORS[3])]
 }
 
 /// Least spreads of all channels.
-pub(super) fn floors(features: &Features) -> Vec<f64> {
+pub(super) fn floors(features: &FeatureLayout) -> Vec<f64> {
     let more = parts(features).into_iter().flat_map(|(n, floor)| std::iter::repeat_n(floor, n));
     features.floors().into_iter().chain(more).collect()
 }
 
 /// The estimators of one arm that need nothing but its drives, sample by sample.
 #[derive(Debug, Clone)]
-struct Observers<'m> {
+struct ArmObservers<'m> {
     joints: usize,
     motors: usize,
     watched: usize,
     observer: DriveObserver<'m>,
     faster: [DriveObserver<'m>; FASTER.len()],
     /// Force by all joints but the watched one.
-    others: TipForce<'m>,
+    others: TipForceEstimator<'m>,
     /// Forces that are remembered.
     filters: [ForceFilter; MEMORY.len()],
     period: f64,
@@ -79,10 +81,10 @@ struct Observers<'m> {
     forces: [[f64; 3]; FASTER.len()],
 }
 
-impl<'m> Observers<'m> {
+impl<'m> ArmObservers<'m> {
     fn new(
         model: &'m Model,
-        (features, drive, period): (&Features, &ServoDrive, f64),
+        (features, drive, period): (&FeatureLayout, &ServoDrive, f64),
     ) -> Result<Self, BadInput> {
         // The gripper's motor has no torque on the arm.
         let watched = watched_motor(features).min(features.joints - 1);
@@ -141,10 +143,10 @@ impl<'m> Observers<'m> {
 /// The estimators of one arm, sample by sample.
 #[derive(Debug, Clone)]
 pub(super) struct Observations<'m> {
-    features: Features,
-    heading: Heading,
-    observers: Observers<'m>,
-    health: Health,
+    features: FeatureLayout,
+    heading: BaseFrame,
+    observers: ArmObservers<'m>,
+    health: JointHealth,
     /// Part of the way to a new value in a sample, for force and torques.
     shares: [f64; 2],
     /// Force; external torque, torque against the motion, and motion of every joint: their slow parts.
@@ -158,13 +160,13 @@ impl<'m> Observations<'m> {
     /// `BadInput` where the model has no tip.
     pub fn new(
         model: &'m Model,
-        (features, known, period): (&Features, &IdentifiedArm, f64),
+        (features, known, period): (&FeatureLayout, &IdentifiedArm, f64),
     ) -> Result<Self, BadInput> {
         Ok(Self {
             features: *features,
-            heading: Heading::of(model),
-            observers: Observers::new(model, (features, &known.drive, period))?,
-            health: Health::new(&known.health, (period, GAIN)),
+            heading: BaseFrame::of(model),
+            observers: ArmObservers::new(model, (features, &known.drive, period))?,
+            health: JointHealth::new(&known.health, (period, GAIN)),
             shares: SLOW.map(|time| period / (time + period)),
             slow: vec![0.0; 3 + 3 * features.joints],
         })
@@ -176,7 +178,7 @@ impl<'m> Observations<'m> {
     }
 
     /// Axes that turn with the arm.
-    pub fn heading(&self) -> Heading {
+    pub fn heading(&self) -> BaseFrame {
         self.heading
     }
 
@@ -218,11 +220,11 @@ impl IdentifiedArm {
     /// `BadInput` where a recording has no PWM, or the watched joint never moves.
     pub fn identify(
         model: &Model,
-        (features, drive, period): (&Features, &ServoDrive, f64),
+        (features, drive, period): (&FeatureLayout, &ServoDrive, f64),
         training: &[Trajectory],
     ) -> Result<Self, BadInput> {
         let samples = |one: &Trajectory| -> Result<Vec<HealthSample>, BadInput> {
-            let mut observers = Observers::new(model, (features, drive, period))?;
+            let mut observers = ArmObservers::new(model, (features, drive, period))?;
             let rows = one.motor_voltage()?.chunks_exact(features.joints).enumerate();
             Ok(rows.map(|(row, voltage)| observers.next(one.state_at(row), voltage).1).collect())
         };
@@ -241,7 +243,7 @@ impl IdentifiedArm {
 
 /// A trajectory as the network of labels sees it.
 #[derive(Debug, Clone)]
-pub struct Observed<'a> {
+pub struct ObservedTrajectory<'a> {
     /// Its labels.
     pub trajectory: &'a Trajectory,
     /// Channels of every row (rows × channels), SI.
@@ -253,15 +255,15 @@ pub struct Observed<'a> {
     /// Which output is what.
     pub(super) heads: Heads,
     /// Axes that turn with the arm: those of the network's forces.
-    heading: Heading,
+    heading: BaseFrame,
 }
 
-impl<'a> Observed<'a> {
+impl<'a> ObservedTrajectory<'a> {
     /// # Errors
     /// `BadInput` where the recording has no PWM.
     pub fn new(
         model: &Model,
-        about: (&Features, &IdentifiedArm, f64),
+        about: (&FeatureLayout, &IdentifiedArm, f64),
         trajectory: &'a Trajectory,
     ) -> Result<Self, BadInput> {
         let mut observations = Observations::new(model, about)?;
@@ -302,7 +304,11 @@ impl<'a> Observed<'a> {
 ///
 /// # Errors
 /// `BadInput` where the recording has no PWM.
-pub fn telemetry(features: &Features, period: f64, trajectory: &Trajectory) -> Result<Telemetry, BadInput> {
+pub fn telemetry(
+    features: &FeatureLayout,
+    period: f64,
+    trajectory: &Trajectory,
+) -> Result<ServoForceTelemetry, BadInput> {
     let (m, n, rows) = (features.motors(), features.joints, trajectory.len());
     let states = |first: usize| {
         trajectory.states.chunks_exact(2 * m).flat_map(move |state| &state[first..first + n]).copied()
@@ -311,7 +317,7 @@ pub fn telemetry(features: &Features, period: f64, trajectory: &Trajectory) -> R
         .inputs
         .chunks_exact(features.len())
         .flat_map(|row| &row[features.currents()..features.currents() + n]);
-    Ok(Telemetry {
+    Ok(ServoForceTelemetry {
         n_joints: n,
         time: (0..rows).map(|row| period * row as f64).collect(),
         periods: vec![period; rows],

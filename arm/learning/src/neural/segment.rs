@@ -11,13 +11,13 @@ pub struct Segment<'a> {
     /// Its row with the initial state.
     pub start: usize,
     /// Where its currents, voltages and temperatures come from.
-    pub telemetry: Telemetry<'a>,
+    pub telemetry: TelemetrySource<'a>,
 }
 
 impl<'a> Segment<'a> {
     /// From this row on, with recorded currents.
     pub fn recorded(trajectory: &'a Trajectory, start: usize) -> Self {
-        Self { trajectory, start, telemetry: Telemetry::Recorded }
+        Self { trajectory, start, telemetry: TelemetrySource::Recorded }
     }
 
     /// Goals of the motors m at a step of the rollout.
@@ -28,7 +28,7 @@ impl<'a> Segment<'a> {
 
 /// Where currents, voltages and temperatures of a rollout come from.
 #[derive(Debug, Clone, Copy)]
-pub enum Telemetry<'a> {
+pub enum TelemetrySource<'a> {
     /// The recording, as published: the measured current carries part of the answer.
     Recorded,
     /// A model of the drives says the currents from errors and speeds of the simulation; voltages and temperatures stay as they

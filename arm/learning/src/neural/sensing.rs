@@ -13,21 +13,21 @@ use hysteron_learn::{
 use serde::{Deserialize, Serialize};
 
 use super::data::Trajectory;
-use super::features::{Features, InputScale};
+use super::features::{FeatureLayout, InputScale};
 use super::loss::{Heads, sigmoid};
-use super::observations::{IdentifiedArm, Observations, Observed, channels};
+use super::observations::{IdentifiedArm, Observations, ObservedTrajectory, channels};
 use hysteron_arm_dynamics::Model;
 
 /// Force, contact and condition estimates of an arm, one per sample (n_samples).
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Sensed {
+pub struct SensedTrajectory {
     /// Force on the tip [N].
     pub force: Vec<[f64; 3]>,
     /// Probability of contact.
     pub gate: Vec<f64>,
     /// Probability that the watched motor is healthy.
     pub condition: Vec<f64>,
-    /// Evidence for that, as [`Observed::evidence`].
+    /// Evidence for that, as [`ObservedTrajectory::evidence`].
     pub evidence: Vec<f64>,
 }
 
@@ -62,7 +62,7 @@ impl SensingHeader {
 
     /// # Errors
     /// `BadInput` for sizes that do not belong together.
-    pub fn check(&self, features: &Features) -> Result<(), BadInput> {
+    pub fn check(&self, features: &FeatureLayout) -> Result<(), BadInput> {
         let n = channels(features);
         if self.shape.form != TemporalForm::Streaming {
             return Err(BadInput::new("shape.form", "streaming", "windows"));
@@ -80,7 +80,7 @@ impl SensingHeader {
 }
 
 /// Adds what outputs with the observer's force say.
-fn add(sensed: &mut Sensed, heads: &Heads, outputs: &[f64]) {
+fn add(sensed: &mut SensedTrajectory, heads: &Heads, outputs: &[f64]) {
     sensed.force.push(heads.force_of(outputs));
     sensed.gate.push(sigmoid(outputs[heads.gate]));
     sensed.condition.push(sigmoid(outputs[heads.condition]));
@@ -95,11 +95,11 @@ impl Sensing {
     pub fn along(
         &self,
         model: &Model,
-        (features, period): (&Features, f64),
+        (features, period): (&FeatureLayout, f64),
         trajectory: &Trajectory,
-    ) -> Result<Sensed, BadInput> {
-        let observed = Observed::new(model, (features, &self.known, period), trajectory)?;
-        let (heads, mut sensed) = (Heads::new(features), Sensed::default());
+    ) -> Result<SensedTrajectory, BadInput> {
+        let observed = ObservedTrajectory::new(model, (features, &self.known, period), trajectory)?;
+        let (heads, mut sensed) = (Heads::new(features), SensedTrajectory::default());
         let n = self.network.shape().outputs();
         outputs(&self.network, &self.scale, &observed)
             .chunks_exact(n)
@@ -110,7 +110,11 @@ impl Sensing {
 }
 
 /// Outputs along an observed trajectory (rows × outputs), the observer's force added to the raw force.
-pub(super) fn outputs(network: &Transformer<f32>, scale: &InputScale, observed: &Observed<'_>) -> Vec<f64> {
+pub(super) fn outputs(
+    network: &Transformer<f32>,
+    scale: &InputScale,
+    observed: &ObservedTrajectory<'_>,
+) -> Vec<f64> {
     let (shape, rows) = (network.shape(), observed.trajectory.len());
     let mut tape = TransformerTape::new(shape, rows, 1);
     let tokens: Vec<f32> = observed
@@ -145,7 +149,7 @@ const WINDOW: usize = 64;
 
 /// Force, contact and condition estimates of an arm now.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SensedNow {
+pub struct ContactEstimate {
     /// Force on the tip [N].
     pub force: [f64; 3],
     /// Probability of contact.
@@ -162,7 +166,7 @@ impl<'m> SensingRunner<'m> {
     pub fn new(
         sensing: &Sensing,
         model: &'m Model,
-        (features, period): (&Features, f64),
+        (features, period): (&FeatureLayout, f64),
     ) -> Result<Self, BadInput> {
         let n = channels(features);
         Ok(Self {
@@ -177,8 +181,8 @@ impl<'m> SensingRunner<'m> {
         })
     }
 
-    /// Takes a sample's inputs as [`Features::gather`] orders them, its state, and voltages on the motors (n) [V].
-    pub fn update(&mut self, sample: [&[f64]; 3]) -> SensedNow {
+    /// Takes a sample's inputs as [`FeatureLayout::gather`] orders them, its state, and voltages on the motors (n) [V].
+    pub fn update(&mut self, sample: [&[f64]; 3]) -> ContactEstimate {
         let force = self.observations.next(sample, &mut self.channels);
         for (k, (to, x)) in self.token.iter_mut().zip(&self.channels).enumerate() {
             *to = self.scale.at(k, *x).0 as f32;
@@ -193,6 +197,10 @@ impl<'m> SensingRunner<'m> {
         }
         self.recent.push_back(sigmoid(outputs[self.heads.condition]));
         let condition = self.recent.iter().sum::<f64>() / self.recent.len() as f64;
-        SensedNow { force: self.heads.force_of(outputs), gate: sigmoid(outputs[self.heads.gate]), condition }
+        ContactEstimate {
+            force: self.heads.force_of(outputs),
+            gate: sigmoid(outputs[self.heads.gate]),
+            condition,
+        }
     }
 }

@@ -10,10 +10,10 @@ use hysteron_learn::{
 
 use super::*;
 use hysteron_arm_dynamics::Model;
-use hysteron_arm_estimation::servo_force::{Observers, observed_arm};
+use hysteron_arm_estimation::servo_force::{BaselineObservers, observed_arm};
 
-fn features() -> Features {
-    Features { joints: JOINTS, gripper: None }
+fn features() -> FeatureLayout {
+    FeatureLayout { joints: JOINTS, gripper: None }
 }
 
 fn trajectory(seed: u64, case: Case) -> Trajectory {
@@ -29,7 +29,7 @@ fn set(seeds: std::ops::Range<u64>) -> Vec<Trajectory> {
     seeds.flat_map(one).collect()
 }
 
-fn identified(observers: &Observers, training: &[Trajectory]) -> IdentifiedArm {
+fn identified(observers: &BaselineObservers, training: &[Trajectory]) -> IdentifiedArm {
     IdentifiedArm::identify(&arm(), (&features(), &observers.drive, PERIOD), training).unwrap()
 }
 
@@ -109,7 +109,7 @@ fn force_and_condition_are_learned_beyond_the_observer_and_training_goes_on_bit_
     let (resumed, _) = run(Some(&state), usize::MAX);
     assert_eq!(resumed.model.parameters(), whole.model.parameters());
     let sensing = Sensing { network: whole.model, scale, known: known.clone() };
-    let sensed: Vec<Sensed> =
+    let sensed: Vec<SensedTrajectory> =
         test.iter().map(|one| sensing.along(&model, (&features, PERIOD), one).unwrap()).collect();
     let said: Vec<_> = sensed.iter().map(|one| (one.force.clone(), one.gate.clone())).collect();
     let alone: Vec<_> = test
@@ -160,7 +160,7 @@ fn an_arm_that_looks_elsewhere_feels_the_same_force_in_axes_that_turned_with_it(
     let angle = 0.8;
     turned.states.chunks_exact_mut(2 * JOINTS).for_each(|state| state[0] += angle);
     for inputs in turned.inputs.chunks_exact_mut(features.len()) {
-        inputs[Features::GOALS] += angle;
+        inputs[FeatureLayout::GOALS] += angle;
         inputs[JOINTS] += angle;
     }
     let along =
@@ -243,10 +243,10 @@ fn a_file_holds_both_networks_and_what_does_not_belong_together_is_refused() {
     let found = refused(&|sensing| sensing.network = Transformer::new(&wide, 3).unwrap());
     assert!(found.contains("sensing: shape: expected sizes that belong together"), "{found}");
 
-    let refused = |change: &dyn Fn(&mut Rivals)| {
-        let mut rivals = Rivals {
-            lag: LagAndDroop { lag: vec![(0, 1.0); 4], droop: vec![[0.0; 2]; 4], position_gain: None },
-            servo: ServoModel {
+    let refused = |change: &dyn Fn(&mut Baselines)| {
+        let mut rivals = Baselines {
+            lag: FirstOrderServo { lag: vec![(0, 1.0); 4], droop: vec![[0.0; 2]; 4], position_gain: None },
+            servo: RolloutServo {
                 stiffness: vec![9.0; 4],
                 friction: vec![0.1; 4],
                 load_friction: Vec::new(),
@@ -261,11 +261,11 @@ fn a_file_holds_both_networks_and_what_does_not_belong_together_is_refused() {
         change(&mut rivals);
         let mut changed = actuator(sensing.clone());
         changed.details.rivals = Some(rivals);
-        Rivals::of(&changed).map(|_| ()).map_err(|bad| bad.to_string())
+        Baselines::of(&changed).map(|_| ()).map_err(|bad| bad.to_string())
     };
     assert_eq!(refused(&|_| {}), Ok(()));
     let of_drive =
-        |rivals: &mut Rivals| rivals.observers.iter_mut().for_each(|own| own.linear.noise[0] = -1.0);
+        |rivals: &mut Baselines| rivals.observers.iter_mut().for_each(|own| own.linear.noise[0] = -1.0);
     let found = refused(&of_drive).unwrap_err();
     assert!(found.contains("rivals: observers: linear: noise: expected 4 finite numbers"), "{found}");
     assert!(refused(&|rivals| rivals.lag.droop.truncate(1)).unwrap_err().contains("lag_and_droop"));
@@ -282,5 +282,5 @@ fn a_file_holds_both_networks_and_what_does_not_belong_together_is_refused() {
     assert!(found.contains("x.csv: expected channels pwm_k_ratio"), "{found}");
     let three = Model::builtin("three-link").unwrap();
     assert!(observed_arm(&three, 4).unwrap_err().to_string().contains("4 joints or more"));
-    let _: Observers = json::from_text(json::to_line(&observers).unwrap()).unwrap();
+    let _: BaselineObservers = json::from_text(json::to_line(&observers).unwrap()).unwrap();
 }

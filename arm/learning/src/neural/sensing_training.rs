@@ -10,13 +10,13 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::data::Trajectory;
-use super::features::{Features, InputScale};
+use super::features::{FeatureLayout, InputScale};
 use super::loss::{Heads, LossParts, LossWeights, Totals, length, sigmoid};
-use super::observations::{IdentifiedArm, Observed, channels, floors, telemetry};
+use super::observations::{IdentifiedArm, ObservedTrajectory, channels, floors, telemetry};
 use super::supervised::Stretches;
 use super::training::GROUP;
 use hysteron_arm_dynamics::Model;
-use hysteron_arm_estimation::servo_force::Observers;
+use hysteron_arm_estimation::servo_force::BaselineObservers;
 
 /// How the network of labels is trained.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -73,7 +73,7 @@ impl SensingOptions {
     }
 
     /// The network for these motors.
-    pub fn shape(&self, features: &Features) -> TransformerShape {
+    pub fn shape(&self, features: &FeatureLayout) -> TransformerShape {
         TransformerShape {
             width: self.width,
             layers: self.layers,
@@ -112,9 +112,9 @@ impl SensingOptions {
 /// `BadInput` where there is none, or where it has no PWM.
 pub fn identified_observers(
     model: &Model,
-    (features, period): (&Features, f64),
+    (features, period): (&FeatureLayout, f64),
     training: &[Trajectory],
-) -> Result<Observers, BadInput> {
+) -> Result<BaselineObservers, BadInput> {
     let is_free = |one: &&Trajectory| {
         one.is_healthy != Some(false) && one.force.iter().all(|force| *force == Some([0.0; 3]))
     };
@@ -125,16 +125,16 @@ pub fn identified_observers(
             .hint("--free says which recordings move freely"));
     }
     let free = free.into_iter().map(|one| telemetry(features, period, one));
-    Observers::identify(model, &free.collect::<Result<Vec<_>, _>>()?)
+    BaselineObservers::identify(model, &free.collect::<Result<Vec<_>, _>>()?)
 }
 
 /// Training task of the network of labels: options, features and trajectories.
 pub struct SensingTask<'a> {
     options: &'a SensingOptions,
-    features: Features,
+    features: FeatureLayout,
     scale: InputScale,
-    training: Vec<Observed<'a>>,
-    validation: Vec<Observed<'a>>,
+    training: Vec<ObservedTrajectory<'a>>,
+    validation: Vec<ObservedTrajectory<'a>>,
     /// Training trajectories by what they teach: contacts, absence of contact, healthy and degraded motors; as many stretches from each.
     pools: Vec<Vec<usize>>,
     tapes: TapePool<f32>,
@@ -150,12 +150,12 @@ impl<'a> SensingTask<'a> {
     pub fn new(
         options: &'a SensingOptions,
         model: &Model,
-        (features, known, period): (&Features, &IdentifiedArm, f64),
+        (features, known, period): (&FeatureLayout, &IdentifiedArm, f64),
         sets: [&'a [Trajectory]; 2],
     ) -> Result<Self, BadInput> {
         options.check()?;
         let observed = |set: &'a [Trajectory]| {
-            let one = |one: &'a Trajectory| Observed::new(model, (features, known, period), one);
+            let one = |one: &'a Trajectory| ObservedTrajectory::new(model, (features, known, period), one);
             parallel::try_map(set, one)
         };
         let (training, validation) = (observed(sets[0])?, observed(sets[1])?);
@@ -207,7 +207,7 @@ impl<'a> SensingTask<'a> {
     fn lesson(&self, update: u64) -> Lesson<'_, 'a> {
         let mut stream = rng(self.options.seed, &format!("sensing/{update}"));
         let span = self.options.span;
-        let stretches: Vec<(&Observed<'a>, usize)> = (0..self.options.stretches)
+        let stretches: Vec<(&ObservedTrajectory<'a>, usize)> = (0..self.options.stretches)
             .map(|k| {
                 let pool = &self.pools[k % self.pools.len()];
                 let one = &self.training[pool[stream.random_range(0..pool.len())]];
@@ -223,7 +223,7 @@ impl<'a> SensingTask<'a> {
     ///
     /// The condition counts by its squared error (Brier): by its cross-entropy, one trajectory of which the network is sure and wrong
     /// outweighs every force.
-    fn losses(&self, network: &Transformer<f32>, observed: &Observed<'_>) -> (LossParts, Totals) {
+    fn losses(&self, network: &Transformer<f32>, observed: &ObservedTrajectory<'_>) -> (LossParts, Totals) {
         let trajectory = observed.trajectory;
         let sensed = super::sensing::outputs(network, &self.scale, observed);
         let heads = Heads::new(&self.features);
@@ -244,14 +244,14 @@ impl<'a> SensingTask<'a> {
 /// Batch of an update: stretches by their trajectories and first samples, and the divisors of their losses.
 struct Lesson<'t, 'a> {
     task: &'t SensingTask<'a>,
-    stretches: Vec<(&'t Observed<'a>, usize)>,
+    stretches: Vec<(&'t ObservedTrajectory<'a>, usize)>,
     totals: Totals,
     heads: Heads,
 }
 
 impl Lesson<'_, '_> {
     /// Writes the network's input of a stretch at a step to `to` (channels).
-    fn token(&self, (one, start): (&Observed<'_>, usize), step: isize, to: &mut [f32]) {
+    fn token(&self, (one, start): (&ObservedTrajectory<'_>, usize), step: isize, to: &mut [f32]) {
         let own = one.row(start as isize + step);
         let scaled = own.iter().enumerate().map(|(k, x)| self.task.scale.at(k, *x).0 as f32);
         to.iter_mut().zip(scaled).for_each(|(to, x)| *to = x);
@@ -260,7 +260,7 @@ impl Lesson<'_, '_> {
     /// The loss by the outputs at a step of a stretch; adds its derivatives.
     fn loss(
         &self,
-        (one, start): (&Observed<'_>, usize),
+        (one, start): (&ObservedTrajectory<'_>, usize),
         step: usize,
         outputs: &mut [f64],
         by_outputs: &mut [f64],

@@ -3,13 +3,13 @@
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
-use super::features::Features;
+use super::features::FeatureLayout;
 use super::motors::Motors;
 
 /// A servo of which stiffness, friction and damping are found by rollout.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct ServoModel {
+pub struct RolloutServo {
     /// Torque per error of each motor [N m/rad].
     pub stiffness: Vec<f64>,
     /// Coulomb friction of each motor [N m].
@@ -38,10 +38,10 @@ pub(super) const FRICTION_WIDTH: f64 = 0.05;
 /// Largest friction per torque through the gear: at one half a motor that lifts a load holds all of its torque by friction [-].
 pub(super) const MAX_LOAD_FRICTION: f64 = 0.45;
 
-impl ServoModel {
+impl RolloutServo {
     /// # Errors
     /// `BadInput` where it is for other motors, or a number is negative or not finite.
-    pub(super) fn check(&self, features: &Features) -> Result<(), BadInput> {
+    pub(super) fn check(&self, features: &FeatureLayout) -> Result<(), BadInput> {
         self.motors.check().map_err(|bad| bad.within("servo.motors"))?;
         let m = features.motors();
         for (name, values) in [("servo.stiffness", &self.stiffness), ("servo.friction", &self.friction)] {

@@ -4,7 +4,7 @@
 use hysteron_actuator::CatalogueDrive;
 use hysteron_actuator::identify::{Pendulum, PendulumRun, rollout};
 
-use super::mover::Mover;
+use super::drive_model::DriveModel;
 use super::tests::{arm, features, with_servo};
 use super::*;
 use hysteron_arm_dynamics::Model;
@@ -12,11 +12,11 @@ use hysteron_arm_dynamics::Model;
 #[test]
 fn a_servo_for_other_motors_or_out_of_range_is_refused() {
     let whole = with_servo().options().clone();
-    let refused = |change: &dyn Fn(&mut ServoModel)| {
+    let refused = |change: &dyn Fn(&mut RolloutServo)| {
         let mut servo = whole.servo.clone().unwrap();
         change(&mut servo);
         let options = SimulationOptions { servo: Some(servo), ..whole.clone() };
-        Simulation::new(&arm(), &features(), &options).unwrap_err().to_string()
+        ArmSimulation::new(&arm(), &features(), &options).unwrap_err().to_string()
     };
     let found = refused(&|servo| servo.stiffness.truncate(4));
     assert!(found.contains("servo.stiffness: expected 5 finite numbers, zero or more"), "{found}");
@@ -37,12 +37,12 @@ fn friction_that_holds_keeps_a_loaded_joint_and_brakes_as_coulomb_says() {
     let servo = options.servo.as_mut().unwrap();
     (servo.stiffness, servo.friction) = (vec![0.0; m], vec![2.0; m]);
     (options.damping, servo.damping) = (0.0, 0.0);
-    let arm = Simulation::new(&arm(), &features(), &options).unwrap();
+    let arm = ArmSimulation::new(&arm(), &features(), &options).unwrap();
     // Gravity moves no joint that its friction holds: not at all.
     let mut still = vec![0.0; 2 * m];
     still[1] = 0.8;
     let (nothing, mut state, mut next) = (vec![0.0; m], still.clone(), vec![0.0; 2 * m]);
-    let asked = Asked { goals: &nothing, gains: &[1.0], windings: &[], torques: &nothing };
+    let asked = MotorCommand { goals: &nothing, gains: &[1.0], windings: &[], torques: &nothing };
     for _ in 0..100 {
         arm.step(&state, asked, &mut next);
         state.copy_from_slice(&next);
@@ -61,7 +61,7 @@ fn friction_that_holds_keeps_a_loaded_joint_and_brakes_as_coulomb_says() {
     assert_eq!(state[m + motor], 0.0);
     // Friction that creeps lets the arm sink.
     options.servo.as_mut().unwrap().holds = false;
-    let creeps = Simulation::new(arm.model(), &features(), &options).unwrap();
+    let creeps = ArmSimulation::new(arm.model(), &features(), &options).unwrap();
     creeps.step(&still, asked, &mut next);
     assert!((next[1] - still[1]).abs() > 1e-4, "{}", next[1] - still[1]);
 }
@@ -69,14 +69,14 @@ fn friction_that_holds_keeps_a_loaded_joint_and_brakes_as_coulomb_says() {
 #[test]
 fn friction_under_load_holds_a_weight_between_the_torques_of_lifting_and_of_letting_go() {
     let share = 0.15;
-    let servo = ServoModel { load_friction: vec![share], ..swings(0.0, 0.0) };
+    let servo = RolloutServo { load_friction: vec![share], ..swings(0.0, 0.0) };
     let arm = Model::from_urdf(PENDULUM, "pendulum").unwrap();
     let still = [0.7, 0.0];
-    let weight = super::rivals::gravity_at(&arm, &ALONE, &still[..1])[0];
-    let simulation = Simulation::new(&arm, &ALONE, &SimulationOptions::with_servo(&servo, 0.01)).unwrap();
+    let weight = super::baselines::gravity_at(&arm, &ALONE, &still[..1])[0];
+    let simulation = ArmSimulation::new(&arm, &ALONE, &SimulationOptions::with_servo(&servo, 0.01)).unwrap();
     let moved = |torque: f64| {
         let mut next = [0.0; 2];
-        let asked = Asked { goals: &[0.7], gains: &[0.0], windings: &[], torques: &[torque] };
+        let asked = MotorCommand { goals: &[0.7], gains: &[0.0], windings: &[], torques: &[torque] };
         simulation.step(&still, asked, &mut next);
         next[0] - still[0]
     };
@@ -91,11 +91,11 @@ fn friction_under_load_holds_a_weight_between_the_torques_of_lifting_and_of_lett
 const PENDULUM: &str = include_str!("../../tests/data/pendulum.urdf");
 
 /// One joint without a gripper.
-const ALONE: Features = Features { joints: 1, gripper: None };
+const ALONE: FeatureLayout = FeatureLayout { joints: 1, gripper: None };
 
 /// A servo that swings the weight, of this stiffness and friction.
-fn swings(stiffness: f64, friction: f64) -> ServoModel {
-    ServoModel {
+fn swings(stiffness: f64, friction: f64) -> RolloutServo {
+    RolloutServo {
         stiffness: vec![stiffness],
         friction: vec![friction],
         load_friction: Vec::new(),
@@ -112,7 +112,7 @@ fn sent(gain: f64, (rows, period): (usize, f64)) -> Trajectory {
     let mut inputs = vec![0.0; rows * ALONE.len()];
     for (row, to) in inputs.chunks_exact_mut(ALONE.len()).enumerate() {
         let t = period * row as f64;
-        to[Features::GOALS] = 0.9 * (2.0 * t).sin() + 0.5 * (7.0 * t + gain).sin();
+        to[FeatureLayout::GOALS] = 0.9 * (2.0 * t).sin() + 0.5 * (7.0 * t + gain).sin();
         to[ALONE.temperatures()] = 28.0;
     }
     Trajectory {
@@ -128,7 +128,7 @@ fn sent(gain: f64, (rows, period): (usize, f64)) -> Trajectory {
 }
 
 /// Trajectory that a servo swinging the weight would report, at a gain of its position loop.
-fn swung(servo: &ServoModel, gain: f64) -> Trajectory {
+fn swung(servo: &RolloutServo, gain: f64) -> Trajectory {
     let (rows, period) = (300, 0.01);
     let still = sent(gain, (rows, period));
     let arm = Model::from_urdf(PENDULUM, "pendulum").unwrap();
@@ -147,13 +147,13 @@ fn is_found_and_followed(load_friction: bool) {
     let motors =
         Motors { armature: Some(0.0024), torque_limit: Some(0.6), load_friction, ..Motors::default() };
     let load = vec![0.15; usize::from(load_friction)];
-    let truth = ServoModel { load_friction: load, motors, ..swings(0.8, 0.02) };
+    let truth = RolloutServo { load_friction: load, motors, ..swings(0.8, 0.02) };
     let arm = Model::from_urdf(PENDULUM, "pendulum").unwrap();
     let known = [100.0, 400.0].map(|gain| swung(&truth, gain));
-    let found = ServoModel::fit(&arm, (&ALONE, 0.01, &motors), &known, &|_, _| true).unwrap();
+    let found = RolloutServo::fit(&arm, (&ALONE, 0.01, &motors), &known, &|_, _| true).unwrap();
     assert_eq!(found.position_gain, Some(250.0));
     // The recordings are exact: what is left is the tolerance of the search, 1e-3 of the residuals.
-    let numbers = |servo: &ServoModel| {
+    let numbers = |servo: &RolloutServo| {
         [&servo.stiffness[..], &servo.friction, &servo.load_friction, &[servo.damping]].concat()
     };
     assert_eq!(numbers(&found).len(), 3 + usize::from(load_friction));
@@ -167,7 +167,8 @@ fn is_found_and_followed(load_friction: bool) {
     assert!(worst < 2e-3, "{worst}");
     // A recording without its gain among others that say theirs is no recording of the usual gain.
     let mixed = [known[0].clone(), Trajectory { position_gain: None, ..known[1].clone() }];
-    let error = ServoModel::fit(&arm, (&ALONE, 0.01, &motors), &mixed, &|_, _| true).unwrap_err().to_string();
+    let error =
+        RolloutServo::fit(&arm, (&ALONE, 0.01, &motors), &mixed, &|_, _| true).unwrap_err().to_string();
     assert!(error.contains("all or none to say their position_gain, got 1 of 2 do"), "{error}");
 }
 
@@ -176,8 +177,8 @@ fn off_the_bench(drive: &CatalogueDrive, gain: f64, period: f64) -> (f64, f64) {
     let rows = (3.0 / period) as usize;
     let still = sent(gain, (rows, period));
     let options = SimulationOptions::with_drive(drive, &Motors::default(), period);
-    let arm = Simulation::new(&Model::from_urdf(PENDULUM, "pendulum").unwrap(), &ALONE, &options).unwrap();
-    let states = super::rivals::run_alone(&arm, &[Segment::recorded(&still, 0)], rows - 1);
+    let arm = ArmSimulation::new(&Model::from_urdf(PENDULUM, "pendulum").unwrap(), &ALONE, &options).unwrap();
+    let states = super::baselines::run_alone(&arm, &[Segment::recorded(&still, 0)], rows - 1);
     // Inertia and weight of that file, at the bench's gravity.
     let (inertia, weight) = (0.49 * 0.01 + 1e-5, 0.49 * 0.1 * 9.81 / 9.80665);
     let run = PendulumRun {
@@ -213,25 +214,25 @@ fn windings_are_as_warm_as_what_came_before_a_segment_made_them() {
     drive.drive.supply.voltage = 7.3;
     let period = 0.01;
     let options = SimulationOptions::with_drive(&drive, &Motors::default(), period);
-    let arm = Simulation::new(&Model::from_urdf(PENDULUM, "pendulum").unwrap(), &ALONE, &options).unwrap();
+    let arm = ArmSimulation::new(&Model::from_urdf(PENDULUM, "pendulum").unwrap(), &ALONE, &options).unwrap();
     let still = sent(400.0, (300, period));
-    let states = super::rivals::run_alone(&arm, &[Segment::recorded(&still, 0)], 299);
+    let states = super::baselines::run_alone(&arm, &[Segment::recorded(&still, 0)], 299);
     let whole = Trajectory { states, ..still };
     // From its own states the rest of a rollout is that of the whole: no other memory than heat.
-    let rest = super::rivals::run_alone(&arm, &[Segment::recorded(&whole, 200)], 99);
+    let rest = super::baselines::run_alone(&arm, &[Segment::recorded(&whole, 200)], 99);
     let worst = rest.iter().zip(&whole.states[400..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(worst < 1e-12, "{worst}");
     let cold = whole.rows(200..300);
-    let begun = super::rivals::run_alone(&arm, &[Segment::recorded(&cold, 0)], 99);
+    let begun = super::baselines::run_alone(&arm, &[Segment::recorded(&cold, 0)], 99);
     let worst = begun.iter().zip(&whole.states[400..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(worst > 1e-4, "{worst}: heat is no part of this motion");
 }
 
 #[test]
 fn what_friction_leaves_is_what_balances_it() {
-    let servo = ServoModel { load_friction: vec![0.2], ..swings(1.0, 0.03) };
+    let servo = RolloutServo { load_friction: vec![0.2], ..swings(1.0, 0.03) };
     for (torque, speed) in [(0.3, 2.0), (0.3, -2.0), (-0.1, 2.0), (-0.1, -2.0)] {
-        let left = Mover::Servo(&servo).left_by_friction(0, torque, speed);
+        let left = DriveModel::Servo(&servo).left_by_friction(0, torque, speed);
         // τ − b = s (F + μ |τ + b|), where the sign of the motor's torque is that of what goes through the gear.
         let rubs = 0.03 + 0.2 * (torque + left).abs();
         assert!((torque - left - speed.signum() * rubs).abs() < 1e-12, "{torque} {speed}: {left}");

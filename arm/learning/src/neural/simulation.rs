@@ -6,10 +6,10 @@ use hysteron_base::BadInput;
 use hysteron_base::lanes::Isa;
 use serde::{Deserialize, Serialize};
 
-use super::features::Features;
+use super::drive_model::DriveModel;
+use super::features::FeatureLayout;
 use super::motors::Motors;
-use super::mover::Mover;
-use super::servo::ServoModel;
+use super::servo::RolloutServo;
 use hysteron_arm_dynamics::{Integrator, JointKind, Model, RolloutInputs, Rollouts, Stops};
 use hysteron_arm_estimation::servo_force::TIP;
 
@@ -32,7 +32,7 @@ pub struct SimulationOptions {
     pub torque_limits: [f64; 2],
     /// A position servo in the loop, to whose torque the network's is added; none as published.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub servo: Option<ServoModel>,
+    pub servo: Option<RolloutServo>,
     /// In place of that servo a drive, the same in every motor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<CatalogueDrive>,
@@ -76,7 +76,7 @@ impl SimulationOptions {
     }
 
     /// With this servo in the loop, and its damping and motors.
-    pub fn with_servo(servo: &ServoModel, period: f64) -> Self {
+    pub fn with_servo(servo: &RolloutServo, period: f64) -> Self {
         Self {
             substeps: SERVO_PARTS,
             armature: servo.motors.servo_armature(),
@@ -102,16 +102,16 @@ impl SimulationOptions {
     }
 
     /// Model that drives the motors next to the network.
-    pub(super) fn mover(&self) -> Option<Mover<'_>> {
-        let drive = self.drive.as_ref().map(|one| Mover::Drive(&one.drive));
-        self.servo.as_ref().map(Mover::Servo).or(drive)
+    pub(super) fn mover(&self) -> Option<DriveModel<'_>> {
+        let drive = self.drive.as_ref().map(|one| DriveModel::Drive(&one.drive));
+        self.servo.as_ref().map(DriveModel::Servo).or(drive)
     }
 
     /// Reference that gains of the position loops are relative to; none where it is not known.
     pub(super) fn position_gain(&self) -> Option<f64> {
         match self.mover()? {
-            Mover::Servo(servo) => servo.position_gain,
-            Mover::Drive(_) => Some(1.0),
+            DriveModel::Servo(servo) => servo.position_gain,
+            DriveModel::Drive(_) => Some(1.0),
         }
     }
 
@@ -128,7 +128,7 @@ impl SimulationOptions {
 
     /// # Errors
     /// `BadInput` naming what is out of range, or not for these motors.
-    pub fn check(&self, features: &Features) -> Result<(), BadInput> {
+    pub fn check(&self, features: &FeatureLayout) -> Result<(), BadInput> {
         let Self { period, substeps, armature, damping, torque_limits, servo, drive, payload } = self;
         let ranges =
             [("period", *period), ("torque_limits", torque_limits[0]), ("torque_limits", torque_limits[1])];
@@ -160,7 +160,7 @@ impl SimulationOptions {
 
 /// Motor commands of a step, for arms side by side.
 #[derive(Debug, Clone, Copy)]
-pub struct Asked<'a> {
+pub struct MotorCommand<'a> {
     /// Where the servo or drive in the loop goes (trajectories × m) [rad]; of no meaning without one.
     pub goals: &'a [f64],
     /// Gains of the servo's position loops over the gain that its stiffness holds for; of drives as their registers have them (trajectories).
@@ -173,18 +173,22 @@ pub struct Asked<'a> {
 
 /// An arm in simulation; motors that are no joints move on their own.
 #[derive(Debug, Clone)]
-pub struct Simulation {
+pub struct ArmSimulation {
     model: Model,
-    features: Features,
+    features: FeatureLayout,
     options: SimulationOptions,
 }
 
-impl Simulation {
+impl ArmSimulation {
     /// The first joints of `model` are those of `features`; all others are locked at zero.
     ///
     /// # Errors
     /// `BadInput` where the model has fewer joints, a joint that slides, or the options are out of range.
-    pub fn new(model: &Model, features: &Features, options: &SimulationOptions) -> Result<Self, BadInput> {
+    pub fn new(
+        model: &Model,
+        features: &FeatureLayout,
+        options: &SimulationOptions,
+    ) -> Result<Self, BadInput> {
         let n = features.joints;
         options.check(features)?;
         if model.n_joints() < n {
@@ -221,7 +225,7 @@ impl Simulation {
     }
 
     /// Layout of the state and of the network's inputs.
-    pub fn features(&self) -> &Features {
+    pub fn features(&self) -> &FeatureLayout {
         &self.features
     }
 
@@ -245,7 +249,7 @@ impl Simulation {
     }
 
     fn rollouts(&self) -> Rollouts<'_> {
-        let creeps = |mover: Mover<'_>| matches!(mover, Mover::Servo(servo) if !servo.holds);
+        let creeps = |mover: DriveModel<'_>| matches!(mover, DriveModel::Servo(servo) if !servo.holds);
         let integrator = match self.options.mover() {
             Some(mover) if !creeps(mover) => Integrator::WithFriction(Stops::None),
             _ => Integrator::SemiImplicitEuler,
@@ -260,7 +264,7 @@ impl Simulation {
         }
     }
 
-    /// Friction of motor `k` at a speed, as [`Mover::friction`] has it.
+    /// Friction of motor `k` at a speed, as [`DriveModel::friction`] has it.
     fn friction(&self, k: usize, speed: f64) -> [Dual; 2] {
         self.options.mover().map_or([Dual::from(0.0); 2], |mover| mover.friction(k, speed))
     }
@@ -291,7 +295,7 @@ impl Simulation {
 
     /// States after a step from `states` (trajectories × 2m) under the torques asked for; with a servo in the loop, under its torque
     /// towards the goals too.
-    pub fn step(&self, states: &[f64], asked: Asked<'_>, next: &mut [f64]) {
+    pub fn step(&self, states: &[f64], asked: MotorCommand<'_>, next: &mut [f64]) {
         let Some(mover) = self.options.mover() else { return self.hold(states, asked.torques, next) };
         let mut now = states.to_vec();
         for _ in 0..self.options.substeps {
@@ -302,7 +306,7 @@ impl Simulation {
     }
 
     /// Gradients by states and torques of a step from those by the states after it, `weights`.
-    pub fn step_back(&self, states: &[f64], asked: Asked<'_>, weights: &[f64]) -> [Vec<f64>; 2] {
+    pub fn step_back(&self, states: &[f64], asked: MotorCommand<'_>, weights: &[f64]) -> [Vec<f64>; 2] {
         let torques = asked.torques;
         let Some(mover) = self.options.mover() else { return self.hold_back(states, torques, weights) };
         let mut path = vec![states.to_vec()];
@@ -332,7 +336,7 @@ impl Simulation {
     }
 
     /// Torques of servo or drive and the network's together, as far as the motors' limits (trajectories × m) [N m].
-    fn driven(&self, mover: Mover<'_>, states: &[f64], asked: Asked<'_>) -> Vec<f64> {
+    fn driven(&self, mover: DriveModel<'_>, states: &[f64], asked: MotorCommand<'_>) -> Vec<f64> {
         let m = self.features.motors();
         let one = |(at, torque): (usize, &f64)| {
             let (free, _) = own_torque(mover, states, asked, (at, m));
@@ -426,11 +430,11 @@ impl Simulation {
     }
 }
 
-/// Torque and its derivatives, as [`Mover::torque`] has them, of motor `at` of all m in every row.
+/// Torque and its derivatives, as [`DriveModel::torque`] has them, of motor `at` of all m in every row.
 fn own_torque(
-    mover: Mover<'_>,
+    mover: DriveModel<'_>,
     states: &[f64],
-    asked: Asked<'_>,
+    asked: MotorCommand<'_>,
     (at, m): (usize, usize),
 ) -> (f64, [f64; 2]) {
     let (row, k) = (at / m, at % m);

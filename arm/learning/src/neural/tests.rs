@@ -15,26 +15,26 @@ use hysteron_arm_dynamics::Model;
 
 const PERIOD: f64 = 0.017;
 
-pub(crate) fn features() -> Features {
-    Features { joints: 4, gripper: Some(GripperAxis { slope: 0.0228, offset: -0.0006 }) }
+pub(crate) fn features() -> FeatureLayout {
+    FeatureLayout { joints: 4, gripper: Some(GripperAxis { slope: 0.0228, offset: -0.0006 }) }
 }
 
 pub(crate) fn arm() -> Model {
     Model::builtin("open-manipulator-x").unwrap()
 }
 
-fn simulation() -> Simulation {
-    Simulation::new(&arm(), &features(), &SimulationOptions::PUBLISHED).unwrap()
+fn simulation() -> ArmSimulation {
+    ArmSimulation::new(&arm(), &features(), &SimulationOptions::PUBLISHED).unwrap()
 }
 
 /// With a servo in the loop that is not quite the recorded one.
-pub(crate) fn with_servo() -> Simulation {
+pub(crate) fn with_servo() -> ArmSimulation {
     with_friction(true, 0.0)
 }
 
 /// The same, with friction that holds or creeps, and grows with the torque through the gear.
-fn with_friction(holds: bool, share: f64) -> Simulation {
-    let servo = ServoModel {
+fn with_friction(holds: bool, share: f64) -> ArmSimulation {
+    let servo = RolloutServo {
         stiffness: vec![18.0, 22.0, 21.0, 14.0, 9.0],
         friction: vec![0.08; 5],
         load_friction: vec![share; if share > 0.0 { 5 } else { 0 }],
@@ -44,18 +44,18 @@ fn with_friction(holds: bool, share: f64) -> Simulation {
         motors: Motors::default(),
         position_gain: Some(400.0),
     };
-    Simulation::new(&arm(), &features(), &SimulationOptions::with_servo(&servo, PERIOD)).unwrap()
+    ArmSimulation::new(&arm(), &features(), &SimulationOptions::with_servo(&servo, PERIOD)).unwrap()
 }
 
 /// With a drive in the loop that warms so slowly that its gradient, which takes temperatures as given, leaves nothing out.
-fn with_drive() -> Simulation {
+fn with_drive() -> ArmSimulation {
     let mut one = CatalogueDrive::named("xm430-w350").unwrap();
     one.drive.winding.heat_capacity = 1e12;
     one.drive.winding.case_heat_capacity = 1e12;
     one.drive.gear.backlash = 0.0;
     one.drive.gear.law = Law::named("m4").unwrap();
     one.drive.gear.friction = vec![0.02, 0.05, 0.03, 0.1, 0.05, 0.3, 1.3];
-    Simulation::new(&arm(), &features(), &SimulationOptions::with_drive(&one, &Motors::default(), PERIOD))
+    ArmSimulation::new(&arm(), &features(), &SimulationOptions::with_drive(&one, &Motors::default(), PERIOD))
         .unwrap()
 }
 
@@ -72,7 +72,7 @@ fn recording(seed: u64, rows: usize) -> Recording {
     let goals: Vec<Vec<f64>> = (0..m)
         .map(|k| time.iter().map(|t| home[k] + waves[k][0] * (waves[k][1] * t + waves[k][2]).sin()).collect())
         .collect();
-    let servo = ServoModel {
+    let servo = RolloutServo {
         stiffness: vec![20.0, 25.0, 20.0, 15.0, 10.0],
         friction: vec![0.1; m],
         load_friction: Vec::new(),
@@ -200,7 +200,8 @@ fn the_gradient_of_the_closed_loop_is_that_of_differences() {
             values.iter_mut().for_each(|value| *value += stream.random_range(-0.15..0.15));
         }
         // The last in pure simulation.
-        let telemetry = |k: usize| if k == 2 { Telemetry::Modelled(&currents) } else { Telemetry::Recorded };
+        let telemetry =
+            |k: usize| if k == 2 { TelemetrySource::Modelled(&currents) } else { TelemetrySource::Recorded };
         let segments: Vec<Segment<'_>> = data
             .iter()
             .enumerate()
@@ -320,10 +321,10 @@ fn a_servo_is_learned_without_torques_and_the_training_goes_on_bit_for_bit() {
     let file = folder.path().join("actuator.safetensors");
     actuator.write(&file).unwrap();
     let read = NeuralActuator::read(&file).unwrap();
-    let recorded = roll_out(&read, &simulation, &validation[0], Telemetry::Recorded);
-    assert_eq!(recorded, roll_out(&actuator, &simulation, &validation[0], Telemetry::Recorded));
+    let recorded = roll_out(&read, &simulation, &validation[0], TelemetrySource::Recorded);
+    assert_eq!(recorded, roll_out(&actuator, &simulation, &validation[0], TelemetrySource::Recorded));
     // Pure simulation sees other currents, and stays with the arm.
-    let pure = roll_out(&read, &simulation, &validation[0], Telemetry::Modelled(&read.currents));
+    let pure = roll_out(&read, &simulation, &validation[0], TelemetrySource::Modelled(&read.currents));
     assert!(pure != recorded);
     let scores = pose_scores(&features(), &validation[..1], &[pure.positions], 200);
     assert!(scores.mean_deg() < 10.0, "{scores:?}");
@@ -335,7 +336,7 @@ fn a_servo_is_learned_without_torques_and_the_training_goes_on_bit_for_bit() {
 }
 
 /// One whose network says no torque.
-fn silent_actuator(simulation: &Simulation, training: &[Trajectory]) -> NeuralActuator {
+fn silent_actuator(simulation: &ArmSimulation, training: &[Trajectory]) -> NeuralActuator {
     let network = Transformer::<f32>::new(&shape(TemporalForm::Streaming), 1).unwrap();
     NeuralActuator {
         network: network.with_silent_head(Heads::TORQUE),
@@ -367,7 +368,7 @@ fn a_servo_in_the_loop_is_where_training_begins_and_no_worse_is_kept() {
     let segment = Segment::recorded(&validation[0], 0);
     let alone = servo.run(&arm(), (&features(), PERIOD), &[segment], 239).unwrap();
     let alone: Vec<f64> = alone.chunks_exact(2 * m).flat_map(|state| &state[..m]).copied().collect();
-    for telemetry in [Telemetry::Recorded, Telemetry::Modelled(&currents)] {
+    for telemetry in [TelemetrySource::Recorded, TelemetrySource::Modelled(&currents)] {
         let rollout = roll_out(&read, &read.simulation(&arm()).unwrap(), &validation[0], telemetry);
         assert_eq!(rollout.positions, alone);
     }
@@ -408,7 +409,7 @@ fn an_actuator_is_adapted_to_a_changed_arm_by_two_trajectories() {
     let error = |actuator: &NeuralActuator| {
         let simulation = actuator.simulation(&arm()).unwrap();
         let roll = |one: &Trajectory| {
-            roll_out(actuator, &simulation, one, Telemetry::Modelled(&actuator.currents)).positions
+            roll_out(actuator, &simulation, one, TelemetrySource::Modelled(&actuator.currents)).positions
         };
         let positions: Vec<Positions> = asked.iter().map(roll).collect();
         pose_scores(&features(), &asked, &positions, 239).mean_deg()
@@ -437,11 +438,11 @@ fn rivals_follow_what_they_are_made_for() {
     let (features, model) = (features(), simulation());
     let m = features.motors();
     let goal: Vec<Positions> = data.iter().map(|one| copied_goal(&features, one)).collect();
-    let lag = LagAndDroop::fit(model.model(), &features, &data).unwrap();
+    let lag = FirstOrderServo::fit(model.model(), &features, &data).unwrap();
     let lagged: Vec<Positions> =
         data.iter().map(|one| lag.positions(model.model(), &features, one)).collect();
     let servo =
-        ServoModel::fit(&arm(), (&features, PERIOD, &Motors::default()), &data, &|_, _| true).unwrap();
+        RolloutServo::fit(&arm(), (&features, PERIOD, &Motors::default()), &data, &|_, _| true).unwrap();
     let rolled: Vec<Positions> = data
         .iter()
         .map(|trajectory| {
@@ -469,7 +470,7 @@ fn torques_by_inverse_dynamics_move_the_simulated_arm_as_recorded() {
         for k in 0..m {
             worst = worst.max((state[k] - data[0].state_at(row)[k]).abs());
         }
-        simulation.step(&state, Asked { goals: &[], gains: &[], windings: &[], torques }, &mut next);
+        simulation.step(&state, MotorCommand { goals: &[], gains: &[], windings: &[], torques }, &mut next);
         std::mem::swap(&mut state, &mut next);
     }
     // Open loop for 1.7 s: filtering at its beginning and a torque held for 17 ms leave a few degrees.
@@ -491,7 +492,7 @@ fn friction_of_a_degraded_motor_is_found_by_the_detector_that_is_made_for_it() {
     };
     let [known, asked] =
         [0..8, 8..12].map(|seeds| trajectories(seeds, 300).into_iter().map(worn).collect::<Vec<_>>());
-    let silent: [&[ConditionSaid]; 2] = [&[], &[]];
+    let silent: [&[ConditionEstimate]; 2] = [&[], &[]];
     let simulation = simulation();
     let all = detectors((simulation.model(), &features()), [&known, &asked], silent).unwrap();
     assert_eq!(all.len(), 4);

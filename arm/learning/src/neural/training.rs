@@ -8,13 +8,13 @@ use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::closed_loop::{ClosedLoop, LoopGradient};
+use super::closed_loop::{ActuatorLoop, LoopGradient};
 use super::current::CurrentModel;
 use super::data::Trajectory;
 use super::features::InputScale;
 use super::loss::{LossParts, LossWeights, Totals, wrap};
-use super::segment::{Segment, Telemetry};
-use super::simulation::Simulation;
+use super::segment::{Segment, TelemetrySource};
+use super::simulation::ArmSimulation;
 use super::warm_start::{self, Stretch, span, torques_of};
 
 /// How an actuator is trained.
@@ -129,7 +129,7 @@ pub(super) const GROUP: usize = 8;
 /// Training task of an actuator: options, simulation and trajectories.
 pub struct NeuralTask<'a> {
     options: &'a NeuralOptions,
-    simulation: &'a Simulation,
+    simulation: &'a ArmSimulation,
     scale: &'a InputScale,
     currents: &'a CurrentModel,
     training: &'a [Trajectory],
@@ -148,7 +148,7 @@ impl<'a> NeuralTask<'a> {
     /// `BadInput` for an option out of range; where one of both has no trajectory; where filters do not fit.
     pub fn new(
         options: &'a NeuralOptions,
-        (simulation, scale, currents): (&'a Simulation, &'a InputScale, &'a CurrentModel),
+        (simulation, scale, currents): (&'a ArmSimulation, &'a InputScale, &'a CurrentModel),
         [training, validation]: [&'a [Trajectory]; 2],
     ) -> Result<Self, BadInput> {
         options.check()?;
@@ -202,8 +202,8 @@ impl<'a> NeuralTask<'a> {
             .collect()
     }
 
-    fn telemetry(&self, is_pure: bool) -> Telemetry<'a> {
-        if is_pure { Telemetry::Modelled(self.currents) } else { Telemetry::Recorded }
+    fn telemetry(&self, is_pure: bool) -> TelemetrySource<'a> {
+        if is_pure { TelemetrySource::Modelled(self.currents) } else { TelemetrySource::Recorded }
     }
 
     /// Recorded states with noise on the joints' positions, all trajectories one after the other.
@@ -259,7 +259,7 @@ impl<'a> NeuralTask<'a> {
 /// # Panics
 /// Without segments, or where a trajectory ends before the horizon.
 pub fn horizon_gradient<T: Float>(
-    (simulation, scale): (&Simulation, &InputScale),
+    (simulation, scale): (&ArmSimulation, &InputScale),
     (network, tapes): (&Transformer<T>, &TapePool<T>),
     segments: &[Segment<'_>],
     (initial, horizon): (&[f64], usize),
@@ -272,7 +272,7 @@ pub fn horizon_gradient<T: Float>(
         .zip(initial.par_chunks(GROUP * width))
         .map(|(segments, initial)| {
             let network_on = (network, Some(tapes));
-            let mut closed = ClosedLoop::new((simulation, scale), network_on, segments.to_vec(), horizon);
+            let mut closed = ActuatorLoop::new((simulation, scale), network_on, segments.to_vec(), horizon);
             closed.run(initial);
             let mut gradient = tapes.zeros(network);
             (closed.pull_back(weights, &totals, &mut gradient), gradient)
@@ -331,11 +331,11 @@ impl TrainingTask<Transformer<f32>> for NeuralTask<'_> {
     /// Root mean square error of the joints in rollouts from the beginning of each validation trajectory [deg].
     fn validate(&mut self, model: &Transformer<f32>) -> hysteron_learn::Result<f64> {
         let n = self.simulation.features().joints;
-        let one = |trajectory: &Trajectory, telemetry: Telemetry<'_>| {
+        let one = |trajectory: &Trajectory, telemetry: TelemetrySource<'_>| {
             let horizon = self.options.validation_horizon.min(trajectory.len() - 1);
             let setting = (self.simulation, self.scale);
             let segment = Segment { trajectory, start: 0, telemetry };
-            let mut closed = ClosedLoop::new(setting, (model, None), vec![segment], horizon);
+            let mut closed = ActuatorLoop::new(setting, (model, None), vec![segment], horizon);
             closed.run(&closed.recorded_start());
             let states = closed.states().chunks_exact(self.simulation.features().state());
             let off = states.enumerate().skip(1).map(|(i, state)| {

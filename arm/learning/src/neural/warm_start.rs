@@ -7,7 +7,7 @@ use hysteron_learn::{Float, TapePool, TemporalForm, Transformer};
 use super::data::Trajectory;
 use super::features::InputScale;
 use super::loss::{Heads, LossParts, LossWeights, Totals, huber};
-use super::simulation::Simulation;
+use super::simulation::ArmSimulation;
 use super::supervised::Stretches;
 use hysteron_arm_dynamics::{Data, inverse_dynamics};
 
@@ -37,7 +37,7 @@ pub(super) fn span(form: TemporalForm) -> usize {
 /// the update.
 pub(super) fn gradient<T: Float>(
     (network, tapes): (&Transformer<T>, &TapePool<T>),
-    (simulation, scale): (&Simulation, &InputScale),
+    (simulation, scale): (&ArmSimulation, &InputScale),
     stretches: &[Stretch<'_>],
     (weights, totals, n_torques): (&LossWeights, &Totals, f64),
     gradient: &mut [Vec<T>],
@@ -76,7 +76,7 @@ pub(super) fn gradient<T: Float>(
 /// `BadInput` where the trajectory is too short for the filter, or the cut-off is not below half the rate.
 pub fn torques_of(
     trajectory: &Trajectory,
-    simulation: &Simulation,
+    simulation: &ArmSimulation,
     cutoff: f64,
 ) -> Result<Vec<f64>, BadInput> {
     let features = simulation.features();

@@ -4,7 +4,7 @@ use hysteron_arm_dynamics::Model;
 use hysteron_arm_estimation::identify::{
     BodyOptions, JointMotion, JointTerm, TorqueResponse, identify_bodies,
 };
-use hysteron_arm_estimation::{ColumnMap, ImportOptions, Recorded, import};
+use hysteron_arm_estimation::{ArmRecording, ColumnMap, ImportOptions, import};
 use hysteron_arm_learning::datasets::BAXTER_ARM;
 use hysteron_base::Metadata;
 use hysteron_fuzz::recorded;
@@ -18,7 +18,7 @@ fn baxter_is_predicted_with_the_response_of_its_torques() {
         let imported =
             import(path, &ImportOptions { columns, ..ImportOptions::default() }, Metadata::default());
         let recording = imported.unwrap().recording;
-        JointMotion::of_recording(&Recorded::of(&recording).unwrap(), &[], 4, 10.0).unwrap()
+        JointMotion::of_recording(&ArmRecording::of(&recording).unwrap(), &[], 4, 10.0).unwrap()
     };
     let mut paths: Vec<_> = files.map(|file| file.unwrap().path()).collect();
     paths.sort();

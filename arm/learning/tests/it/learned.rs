@@ -7,14 +7,14 @@ use hysteron_arm_learning::datasets::{
     BAXTER_ARM, BaxterTraining, baxter, characters, kuka, kuka_arm, panda,
 };
 use hysteron_arm_learning::lagrangian::{
-    InputForm, LearnedDynamics, NetworkShape, Samples, Scales, Scores, Sinusoids, TrainingOptions, Variant,
-    decompose, sinusoids, train,
+    ArmSamples, InputForm, LearnedDynamics, NetworkShape, Scales, Sinusoids, TorqueScores, TrainingOptions,
+    Variant, decompose, sinusoids, train,
 };
 use hysteron_base::json;
 use hysteron_fuzz::recorded;
 use hysteron_learn::{Activation, TrainingProgress, TrainingSession};
 
-fn shape(variant: Variant, training: &Samples, hidden: usize) -> NetworkShape {
+fn shape(variant: Variant, training: &ArmSamples, hidden: usize) -> NetworkShape {
     NetworkShape {
         variant,
         hidden: vec![hidden; 2],
@@ -27,7 +27,7 @@ fn shape(variant: Variant, training: &Samples, hidden: usize) -> NetworkShape {
     }
 }
 
-fn learn(variant: Variant, sets: [&Samples; 2], options: &TrainingOptions) -> LearnedDynamics {
+fn learn(variant: Variant, sets: [&ArmSamples; 2], options: &TrainingOptions) -> LearnedDynamics {
     let shape = shape(variant, sets[0], 24);
     let mut session = TrainingSession { file: None, progress: &mut |_: &TrainingProgress| true };
     let found = train(&shape, sets, options, 1, &mut session).unwrap();
@@ -51,13 +51,13 @@ fn structured_models_learn_a_simulated_arm_from_few_motions() {
     for variant in variants {
         let found = learn(variant, [&training, &validation], &options);
         let parts = decompose(&found.shape, &found.parameters, &validation);
-        let r2 = Scores::of(3, &validation.tau, &parts.torque).mean_r2();
+        let r2 = TorqueScores::of(3, &validation.tau, &parts.torque).mean_r2();
         // The mean of the training torques has zero.
         assert!(r2 > 0.8, "{variant:?}: {r2}");
         let sum: Vec<f64> = (0..parts.torque.len())
             .map(|i| parts.inertial[i] + parts.coriolis[i] + parts.gravity[i] + parts.other[i])
             .collect();
-        let rest = Scores::of(3, &parts.torque, &sum).sum_nmse();
+        let rest = TorqueScores::of(3, &parts.torque, &sum).sum_nmse();
         // Squares of some roundings.
         assert!(rest < 1e-20, "{variant:?}: parts are not the whole by {rest}");
     }
@@ -86,7 +86,7 @@ fn polished(squares: usize) -> [f64; 2] {
     let mut session = TrainingSession { file: None, progress: &mut |_: &TrainingProgress| true };
     let found = train(&shape, [&training, &validation], &options, 1, &mut session).unwrap();
     let parts = decompose(&shape, &found.parameters, &validation);
-    let nmse = |truth: &[f64], found: &[f64]| Scores::of(3, truth, found).sum_nmse();
+    let nmse = |truth: &[f64], found: &[f64]| TorqueScores::of(3, truth, found).sum_nmse();
     [nmse(&validation.tau, &parts.torque), nmse(&truth.inertial[3 * training.len()..], &parts.inertial)]
 }
 
@@ -141,7 +141,7 @@ fn a_model_comes_back_from_its_file_and_streams_what_it_says() {
             assert!((tau[j] - torque[3 * i + j]).abs() < 1e-5 * size, "{i} {j}");
         }
     }
-    let other = Samples::new(2);
+    let other = ArmSamples::new(2);
     let bad = learned.decompose(&other).unwrap_err().to_string();
     assert_eq!(bad, "recording: expected 3 joints, as the model has, got 2");
 }
@@ -156,7 +156,7 @@ fn baxters_arm_is_identified_as_well_as_is_known() {
     let model = Model::from_urdf(BAXTER_ARM, "baxter_arm.urdf").unwrap();
     let features = RigidFeatures::new(&model, &set.training);
     let (parameters, ..) = fit_rigid_body(&features, &set.training, 16, &mut || true).unwrap().unwrap();
-    let scores = Scores::of(7, &set.test.tau, &features.predict(&parameters, &set.test));
+    let scores = TorqueScores::of(7, &set.test.tau, &features.predict(&parameters, &set.test));
     // An independent fit of such a model leaves .88 N² m² and a mean R² of .832.
     assert!(scores.sum_mse() < 0.88 && scores.mean_r2() > 0.81, "{scores:?}");
 }
@@ -182,5 +182,5 @@ fn written_characters_have_the_parts_of_their_torques() {
     let sum: Vec<f64> =
         (0..test.tau.len()).map(|i| truth.inertial[i] + truth.coriolis[i] + truth.gravity[i]).collect();
     // They are printed to sixteen digits.
-    assert!(Scores::of(2, &test.tau, &sum).sum_nmse() < 1e-20);
+    assert!(TorqueScores::of(2, &test.tau, &sum).sum_nmse() < 1e-20);
 }

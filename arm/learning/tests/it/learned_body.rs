@@ -3,12 +3,12 @@
 use hysteron_arm_dynamics::{Data, Model, Simulator, Stops, forward_dynamics};
 use hysteron_arm_estimation::ComputedTorque;
 use hysteron_arm_estimation::observer::{
-    Dynamics, FrictionModel, MomentumObserver, Observer, RigidBody, Sample,
+    ArmSample, Dynamics, FrictionModel, MomentumObserver, Observer, RigidBody,
 };
+use hysteron_arm_learning::lagrangian::{ArmSamples, Scales};
 use hysteron_arm_learning::lagrangian::{
     InputForm, LearnedDynamics, NetworkShape, Polish, Sinusoids, TrainingOptions, Variant, sinusoids, train,
 };
-use hysteron_arm_learning::lagrangian::{Samples, Scales};
 use hysteron_base::json;
 use hysteron_learn::{Activation, TrainingSession};
 
@@ -38,7 +38,7 @@ fn learned() -> LearnedDynamics {
     let model = Model::builtin("three-link").unwrap();
     let (all, _) =
         sinusoids(&model, &Sinusoids { duration: 2.0, ..Sinusoids::published(60) }, 1, "learned body");
-    let [training, validation]: [Samples; 2] = [all.select(0..50), all.select(50..60)];
+    let [training, validation]: [ArmSamples; 2] = [all.select(0..50), all.select(50..60)];
     let variant = Variant::StructuredLagrangian;
     let scales = Scales::of(&training, variant, INPUTS);
     let shape = shape(variant, scales);
@@ -121,7 +121,7 @@ fn an_observer_with_a_learned_arm_finds_the_push_that_one_with_the_true_arm_find
         body.inverse(&middle, &speed, &acceleration, &mut modelled);
         (0..N).for_each(|j| of_model[j] = of_model[j].max((modelled[j] - torque[j]).abs()));
         torque.iter_mut().zip(push(t)).for_each(|(tau, push)| *tau -= push);
-        let sample = Sample { period, position: &q, velocity: &dq, torque: &torque };
+        let sample = ArmSample { period, position: &q, velocity: &dq, torque: &torque };
         own.update(&sample, &mut found);
         truth.update(&sample, &mut expected);
         for j in 0..N {

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use hysteron_actuator::CatalogueDrive;
 use hysteron_arm_dynamics::Model;
-use hysteron_arm_estimation::{ArmKnown, ImportOptions, import};
+use hysteron_arm_estimation::{ArmProperties, ImportOptions, import};
 use hysteron_arm_learning::neural::{
-    Features, Motors, Segment, ServoModel, Trajectory, Unlabelled, trajectory_of,
+    FeatureLayout, Motors, RolloutServo, Segment, Trajectory, Unlabelled, trajectory_of,
 };
 use hysteron_base::{BadInput, Metadata};
 use hysteron_fuzz::recorded;
@@ -14,12 +14,12 @@ use hysteron_fuzz::recorded;
 /// The weight that bam's XL330 swings.
 const PENDULUM: &str = include_str!("../data/pendulum.urdf");
 
-const ALONE: Features = Features { joints: 1, gripper: None };
+const ALONE: FeatureLayout = FeatureLayout { joints: 1, gripper: None };
 const PERIOD: f64 = 0.01;
 
 fn swung(path: &Path, drive: &CatalogueDrive) -> Result<Trajectory, BadInput> {
     let options = ImportOptions {
-        arm: ArmKnown { drive: Some(drive), ..Default::default() },
+        arm: ArmProperties { drive: Some(drive), ..Default::default() },
         rate_hz: Some(1.0 / PERIOD),
         ..ImportOptions::default()
     };
@@ -28,7 +28,7 @@ fn swung(path: &Path, drive: &CatalogueDrive) -> Result<Trajectory, BadInput> {
 }
 
 /// Mean absolute error of rollouts from the first sample on [rad].
-fn error(servo: &ServoModel, arm: &Model, asked: &[Trajectory]) -> f64 {
+fn error(servo: &RolloutServo, arm: &Model, asked: &[Trajectory]) -> f64 {
     let one = |one: &Trajectory| {
         let states = servo.run(arm, (&ALONE, PERIOD), &[Segment::recorded(one, 0)], one.len() - 1).unwrap();
         let off = states.chunks_exact(2).zip(one.states.chunks_exact(2)).map(|(a, b)| (a[0] - b[0]).abs());
@@ -53,8 +53,9 @@ fn a_measured_servo_is_met_better_where_its_position_gains_are_told() {
     assert_eq!((known.len(), asked.len()), (4, 4));
     let arm = Model::from_urdf(PENDULUM, "pendulum").unwrap();
     let motors = Motors { armature: Some(0.0024), torque_limit: Some(0.63), ..Motors::default() };
-    let fit =
-        |known: &[Trajectory]| ServoModel::fit(&arm, (&ALONE, PERIOD, &motors), known, &|_, _| true).unwrap();
+    let fit = |known: &[Trajectory]| {
+        RolloutServo::fit(&arm, (&ALONE, PERIOD, &motors), known, &|_, _| true).unwrap()
+    };
     let without = |all: &[Trajectory]| -> Vec<Trajectory> {
         all.iter().map(|one| Trajectory { position_gain: None, ..one.clone() }).collect()
     };

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_learning::neural::{
-    NeuralActuator, Telemetry, Trajectory, Unlabelled, pose_scores, roll_out, trajectory_of,
+    NeuralActuator, TelemetrySource, Trajectory, Unlabelled, pose_scores, roll_out, trajectory_of,
 };
 use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Recording, parallel};
@@ -88,7 +88,7 @@ fn adapt(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
 /// Mean absolute error of the joints in pure simulation [deg].
 fn error(actuator: &NeuralActuator, model: &Model, trajectories: &[Trajectory]) -> Result<f64, BadInput> {
     let simulation = actuator.simulation(model)?;
-    let telemetry = Telemetry::Modelled(&actuator.currents);
+    let telemetry = TelemetrySource::Modelled(&actuator.currents);
     let roll = |one: &Trajectory| roll_out(actuator, &simulation, one, telemetry).positions;
     let positions = parallel::map(trajectories, roll);
     Ok(pose_scores(&actuator.features, trajectories, &positions, usize::MAX - 1).mean_deg())

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_arm_dynamics::{JointKind, Model};
-use hysteron_arm_estimation::{Quantity, Wanted, columns_of_dynamics, dynamics_of_rows};
+use hysteron_arm_estimation::{DynamicsOutput, JointQuantityKind, columns_of_dynamics, dynamics_of_rows};
 use hysteron_arm_learning::lagrangian::LearnedDynamics;
 use hysteron_base::{BadInput, MAX_CHANNELS, Recording};
 
@@ -27,17 +27,19 @@ fn compute(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     }
     let states = Recording::read(&options.states)?;
     // Torques follow from accelerations whatever the masses are; the other way round M has to be definite.
-    let is_inverse =
-        [Quantity::Torque.channel(JointKind::Revolute, 0), Quantity::Torque.channel(JointKind::Prismatic, 0)]
-            .iter()
-            .all(|name| states.channel(name).is_none());
+    let is_inverse = [
+        JointQuantityKind::Torque.channel(JointKind::Revolute, 0),
+        JointQuantityKind::Torque.channel(JointKind::Prismatic, 0),
+    ]
+    .iter()
+    .all(|name| states.channel(name).is_none());
     let model = match is_inverse {
         true => options.robot_options.model_of_any_mass(&options.model, context)?,
         false => options.robot_options.model(&options.model, context)?,
     };
     let frame = frame(&model, options.frame.as_deref())?;
     check_columns(&model, options, is_inverse)?;
-    let wanted = Wanted { frame, derivatives: options.derivatives };
+    let wanted = DynamicsOutput { frame, derivatives: options.derivatives };
     let outputs = arm::reads(&options.model).and([&options.states]).recording("--out", &options.out);
     let _claim = outputs.check(context)?;
     let results = dynamics_of_rows(&model, &states, wanted, arm::meta(context, "rigid-body dynamics"))

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hysteron_arm_learning::neural::{Estimator, NeuralActuator, Unlabelled, trajectory_of};
+use hysteron_arm_learning::neural::{LiveEstimator, NeuralActuator, Unlabelled, trajectory_of};
 use hysteron_base::{BadInput, Channel, Recording};
 
 use super::Options;
@@ -17,7 +17,7 @@ use crate::{Context, arm};
 pub(super) fn run(
     (options, path): (&Options, &Path),
     actuator: &NeuralActuator,
-    estimator: Estimator<'_>,
+    estimator: LiveEstimator<'_>,
     context: &Context,
 ) -> anyhow::Result<RecordingEstimates> {
     let (features, period) = (&actuator.features, actuator.simulation.period);

@@ -1,6 +1,6 @@
 //! Channels of the estimates, and their values row by row.
 
-use hysteron_arm_learning::neural::SensedNow;
+use hysteron_arm_learning::neural::ContactEstimate;
 
 /// Channels of the estimates, for `m` motors.
 pub(super) fn names(m: usize) -> Vec<String> {
@@ -10,7 +10,7 @@ pub(super) fn names(m: usize) -> Vec<String> {
 }
 
 /// Their values in that order.
-pub(super) fn values<'a>(torque: &'a [f64], now: &SensedNow) -> impl Iterator<Item = f64> + use<'a> {
-    let SensedNow { force: [x, y, z], gate, condition } = *now;
+pub(super) fn values<'a>(torque: &'a [f64], now: &ContactEstimate) -> impl Iterator<Item = f64> + use<'a> {
+    let ContactEstimate { force: [x, y, z], gate, condition } = *now;
     torque.iter().copied().chain([x, y, z, gate, condition])
 }

@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use std::path::Path;
 use std::time::Instant;
 
-use hysteron_arm_learning::neural::{Estimator, NeuralActuator, SensedNow, ServoTelemetry};
+use hysteron_arm_learning::neural::{ContactEstimate, LiveEstimator, NeuralActuator, ServoTelemetry};
 use hysteron_base::BadInput;
 use hysteron_rig::bus::model::EffortRegister;
 use hysteron_rig::session::Histogram;
@@ -26,7 +26,7 @@ const QUANTITIES: usize = 7;
 
 /// State of the estimation row by row, with its computing times.
 struct Live<'m> {
-    estimator: Estimator<'m>,
+    estimator: LiveEstimator<'m>,
     motors: usize,
     /// Latest measured row; a servo that did not answer keeps what it said last.
     held: Vec<f64>,
@@ -34,7 +34,7 @@ struct Live<'m> {
     contacts: u64,
     /// Contacts that began.
     begun: u64,
-    last: Option<SensedNow>,
+    last: Option<ContactEstimate>,
     /// Times of a step.
     times: Histogram,
 }
@@ -81,7 +81,7 @@ impl Live<'_> {
 pub(super) fn run(
     (options, arms): (&Options, &Path),
     actuator: &NeuralActuator,
-    estimator: Estimator<'_>,
+    estimator: LiveEstimator<'_>,
     context: &Context,
 ) -> anyhow::Result<LiveEstimates> {
     let config = ArmsConfig::read(arms)?;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_arm_learning::lagrangian::LearnedDynamics;
-use hysteron_arm_learning::neural::{Estimator, NeuralActuator};
+use hysteron_arm_learning::neural::{LiveEstimator, NeuralActuator};
 use hysteron_base::BadInput;
 
 use super::outcome::{LiveEstimates, RecordingEstimates, TelemetryEstimates};
@@ -40,7 +40,7 @@ fn estimate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let actuator = NeuralActuator::read(&options.actuator)?;
     let robot = options.robot_options.model(&options.robot, context)?;
     let model = actuator.observed_arm(&robot)?;
-    let estimator = Estimator::new(&actuator, &model);
+    let estimator = LiveEstimator::new(&actuator, &model);
     let estimator = estimator.map_err(|bad| bad.within(options.actuator.display()))?;
     let estimates = match source {
         Source::Live(arms) => {

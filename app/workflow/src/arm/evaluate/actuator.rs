@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use hysteron_arm_learning::neural::{
-    ByHorizon, ByMethod, Comparison, FORCES, HORIZONS, METHODS, NeuralActuator, Trajectory,
+    BaselineComparison, ByHorizon, ByMethod, FORCES, HORIZONS, METHODS, NeuralActuator, Trajectory,
 };
 use hysteron_base::checks::Purpose;
 use hysteron_base::{BadInput, file, json};
@@ -52,7 +52,7 @@ pub(super) fn evaluate(options: &Options, context: &Context) -> anyhow::Result<A
         return Err(bad.hint("name files, or a folder called test").into());
     }
     let bar = context.progress("tasks", by_task.len(), 0);
-    let mut comparison = Comparison::new(&actuator, &model)?;
+    let mut comparison = BaselineComparison::new(&actuator, &model)?;
     for (name, trajectories) in by_task {
         if context.is_cancelled() {
             return Err(Cancelled::new("; nothing is written").into());

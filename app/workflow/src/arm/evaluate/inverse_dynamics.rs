@@ -1,7 +1,7 @@
 //! Evaluates a model of inverse dynamics on a recording: errors of the torques, and their parts over time.
 
-use hysteron_arm_estimation::{Quantity, Recorded};
-use hysteron_arm_learning::lagrangian::{LearnedDynamics, Scores, samples_of};
+use hysteron_arm_estimation::{ArmRecording, JointQuantityKind};
+use hysteron_arm_learning::lagrangian::{LearnedDynamics, TorqueScores, samples_of};
 use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Channel, Metadata, Recording};
 
@@ -36,7 +36,7 @@ pub(super) fn evaluate(options: &Options, context: &Context) -> anyhow::Result<D
         let bad = BadInput::new(place, "a finite number from the model", parts.torque[k].to_string());
         return Err(bad.hint("the model diverges on this recording: is it of the same arm?").into());
     }
-    let scores = Scores::of(n, &samples.tau, &parts.torque);
+    let scores = TorqueScores::of(n, &samples.tau, &parts.torque);
     for j in 0..n {
         context.print(format_args!(
             "joint {}: mean squared error {:.4e}, over the variance {:.4e}",
@@ -52,7 +52,7 @@ pub(super) fn evaluate(options: &Options, context: &Context) -> anyhow::Result<D
     ));
     if let Some(out) = &options.out {
         let parts = [&parts.torque, &parts.inertial, &parts.coriolis, &parts.gravity, &parts.other];
-        let recorded = Recorded::of(&recording).map_err(within)?;
+        let recorded = ArmRecording::of(&recording).map_err(within)?;
         recording_of(&recorded, parts, arm::meta(context, "learned inverse dynamics"))?.write(out)?;
         context.print(format_args!("{} rows: {}", samples.len(), out.display()));
     }
@@ -66,7 +66,11 @@ pub(super) fn evaluate(options: &Options, context: &Context) -> anyhow::Result<D
 }
 
 /// The torques and their parts, at the samples that are no gaps.
-fn recording_of(recorded: &Recorded<'_>, parts: [&Vec<f64>; 5], meta: Metadata) -> anyhow::Result<Recording> {
+fn recording_of(
+    recorded: &ArmRecording<'_>,
+    parts: [&Vec<f64>; 5],
+    meta: Metadata,
+) -> anyhow::Result<Recording> {
     let n = recorded.joints.len();
     let kept: Vec<bool> = recorded.gap.iter().map(|gap| !gap).collect();
     let time: Vec<f64> =
@@ -74,7 +78,7 @@ fn recording_of(recorded: &Recorded<'_>, parts: [&Vec<f64>; 5], meta: Metadata) 
     let mut channels = Vec::new();
     for (name, values) in ["tau", "inertial", "coriolis", "gravity", "other"].into_iter().zip(parts) {
         for (j, joint) in recorded.joints.iter().enumerate() {
-            let torque = Quantity::Torque.channel(joint.kind, j);
+            let torque = JointQuantityKind::Torque.channel(joint.kind, j);
             let column = values.iter().skip(j).step_by(n).copied().collect();
             channels.push(Channel::new(torque.replacen("tau", name, 1), column));
         }

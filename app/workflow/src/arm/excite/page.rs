@@ -1,7 +1,7 @@
 //! The page of `arm excite`: joints, torques next to their limits, and the arm at several times.
 
 use hysteron_arm_dynamics::{Joint, JointKind, Model};
-use hysteron_arm_estimation::{Quantity, Wanted, channel_name, dynamics_of_rows};
+use hysteron_arm_estimation::{DynamicsOutput, JointQuantityKind, channel_name, dynamics_of_rows};
 use hysteron_base::{Metadata, Recording};
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
@@ -11,8 +11,8 @@ use super::Outcome;
 use crate::arm::motion_charts::{arm_at_several_times, joints_over_time};
 
 /// Quantities of the joints over time, and their caption.
-const JOINTS: ([Quantity; 3], &str) = (
-    [Quantity::Position, Quantity::Velocity, Quantity::Acceleration],
+const JOINTS: ([JointQuantityKind; 3], &str) = (
+    [JointQuantityKind::Position, JointQuantityKind::Velocity, JointQuantityKind::Acceleration],
     "Coordinate, speed and acceleration of every joint over time [s]; each panel has its own scale.",
 );
 
@@ -49,11 +49,16 @@ pub(super) fn write(
 }
 
 fn torques(model: &Model, states: &Recording) -> anyhow::Result<TimeChart> {
-    let dynamics =
-        dynamics_of_rows(model, states, Wanted { frame: 0, derivatives: false }, Metadata::default())?;
+    let dynamics = dynamics_of_rows(
+        model,
+        states,
+        DynamicsOutput { frame: 0, derivatives: false },
+        Metadata::default(),
+    )?;
     let panel = |(k, joint): (usize, &Joint)| {
         let of = |quantity| dynamics.require(&channel_name(model, quantity, k));
-        let (tau, dq, drive) = (of(Quantity::Torque)?, of(Quantity::Velocity)?, &joint.drive);
+        let (tau, dq, drive) =
+            (of(JointQuantityKind::Torque)?, of(JointQuantityKind::Velocity)?, &joint.drive);
         // `signum` of zero is one: at rest there is no friction.
         let sign = |v: f64| if v == 0.0 { 0.0 } else { v.signum() };
         let whole = tau.iter().zip(dq).map(|(t, v)| t + drive.dry_friction * sign(*v));

@@ -2,7 +2,7 @@
 
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_estimation::{
-    Excitation, ExcitationOptions, Law, LimitOptions, Motion, MotionLimits, PointToPoint,
+    Excitation, ExcitationOptions, LimitOptions, Motion, MotionLaw, MotionLimits, PointToPoint,
     exciting_trajectory, states_of,
 };
 use hysteron_base::{BadInput, Metadata};
@@ -60,11 +60,11 @@ fn excite(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
-fn law(shape: Shape) -> Option<Law> {
+fn law(shape: Shape) -> Option<MotionLaw> {
     match shape {
         Shape::Fourier => None,
-        Shape::Quintic => Some(Law::Quintic),
-        Shape::Cycloid => Some(Law::Cycloid),
+        Shape::Quintic => Some(MotionLaw::Quintic),
+        Shape::Cycloid => Some(MotionLaw::Cycloid),
     }
 }
 

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use hysteron_arm_learning::neural::{Prior, TaskScores};
+use hysteron_arm_learning::neural::{MotorModelKind, TaskScores};
 use hysteron_base::{Metadata, Recording};
 use hysteron_learn::{BlockKind, TemporalForm};
 use hysteron_virtual_rig::virtual_arm::{VirtualArm, data_set};
@@ -37,7 +37,7 @@ fn options(recordings: PathBuf, out: PathBuf) -> neural::Options {
         width: 8,
         layers: 1,
         warm_start: 0,
-        prior: Prior::Servo,
+        prior: MotorModelKind::Servo,
         pure: 0.5,
         sensing: neural::SensingForm::Observer,
         sensing_updates: 30,

@@ -10,7 +10,7 @@ use hysteron_learn::{BlockKind, TemporalForm};
 use super::neural;
 use crate::arm::evaluate;
 use crate::{Context, Progress, ProgressSink, Silent};
-use hysteron_arm_learning::neural::Prior;
+use hysteron_arm_learning::neural::MotorModelKind;
 
 const PERIOD: f64 = 0.017;
 
@@ -67,7 +67,7 @@ fn options(recordings: Vec<PathBuf>, out: PathBuf) -> neural::Options {
         width: 16,
         layers: 1,
         warm_start: 150,
-        prior: Prior::None,
+        prior: MotorModelKind::None,
         pure: 0.0,
         sensing: neural::SensingForm::Loop,
         sensing_updates: 60,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_arm_dynamics::Model;
-use hysteron_arm_estimation::Recorded;
+use hysteron_arm_estimation::ArmRecording;
 use hysteron_arm_estimation::identify::{JointMotion, JointTerm};
 use hysteron_base::BadInput;
 
@@ -89,7 +89,7 @@ impl MotionOptions {
     pub(super) fn read(&self, path: &Path, model: &Model) -> anyhow::Result<JointMotion> {
         let recording = read(path)?;
         let within = |bad: BadInput| bad.within(path.display());
-        let recorded = Recorded::of(&recording).map_err(within)?;
+        let recorded = ArmRecording::of(&recording).map_err(within)?;
         if recorded.joints.len() != model.n_joints() {
             let names: Vec<&str> = model.joints().iter().map(|joint| joint.name.as_str()).collect();
             let expected = format!("{} joints, those of the robot: {}", model.n_joints(), names.join(", "));

@@ -6,9 +6,9 @@ use hysteron_rig::teleoperation::{ArmPair, ArmsConfig, ArmsOutcome, ArmsRecordin
 
 use super::{Options, Outcome};
 use crate::arm;
-use crate::rig::record::partial_files::rescue;
+use crate::rig::record::partial_files::keep_partial;
 use crate::shared::error::Cancelled;
-use crate::shared::watchdog::Watched;
+use crate::shared::watchdog::WatchdogGuard;
 use crate::{Context, WorkflowError};
 
 /// Longest recording: a day [s].
@@ -50,10 +50,10 @@ pub(in crate::arm) fn record(
     check(options)?;
     let _file = Lock::file(&options.out)?;
     context.listen_on_rig();
-    rescue(&options.out)?;
+    keep_partial(&options.out)?;
     let mut arms = ArmPair::open(config)?;
     arms.prepare()?;
-    let mut arms = Watched::new(arms, &options.arms, context)?;
+    let mut arms = WatchdogGuard::new(arms, &options.arms, context)?;
     let meta = metadata(options, config, context);
     let recording = ArmsRecording::begin(config, &options.out, &meta, estimates)?;
     context.print(format_args!(

@@ -1,7 +1,7 @@
 //! The outcome of `arm simulate`: how far and how fast each joint went, and the energy.
 
 use hysteron_arm_dynamics::Model;
-use hysteron_arm_estimation::{Quantity, channel_name};
+use hysteron_arm_estimation::{JointQuantityKind, channel_name};
 use hysteron_base::Recording;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -78,7 +78,7 @@ pub struct JointMotionRange {
 fn ends(model: &Model, motion: &Recording) -> anyhow::Result<Vec<JointMotionRange>> {
     let end = |(k, joint): (usize, &hysteron_arm_dynamics::Joint)| {
         let of = |quantity| motion.require(&channel_name(model, quantity, k));
-        let (q, dq) = (of(Quantity::Position)?, of(Quantity::Velocity)?);
+        let (q, dq) = (of(JointQuantityKind::Position)?, of(JointQuantityKind::Velocity)?);
         Ok(JointMotionRange {
             name: joint.name.clone(),
             least: q.iter().copied().fold(f64::INFINITY, f64::min),

@@ -1,7 +1,7 @@
 //! The page of `arm simulate`: joints, torques and what they are spent on, energies, and the arm at several times.
 
 use hysteron_arm_dynamics::{JointKind, Model};
-use hysteron_arm_estimation::{Quantity, Wanted, channel_name, dynamics_of_rows};
+use hysteron_arm_estimation::{DynamicsOutput, JointQuantityKind, channel_name, dynamics_of_rows};
 use hysteron_base::{Metadata, Recording};
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
@@ -37,7 +37,7 @@ pub(super) fn write(
     page.heading("Figures");
     folder.add(&mut page, &arm_at_several_times(model, motion)?)?;
     for chart in [
-        joints_over_time(model, motion, &[Quantity::Position, Quantity::Velocity], JOINTS)?,
+        joints_over_time(model, motion, &[JointQuantityKind::Position, JointQuantityKind::Velocity], JOINTS)?,
         torques(model, motion)?,
         energies(motion, total_energy(motion)?)?,
     ] {
@@ -47,11 +47,15 @@ pub(super) fn write(
 }
 
 fn torques(model: &Model, motion: &Recording) -> anyhow::Result<TimeChart> {
-    let parts =
-        dynamics_of_rows(model, motion, Wanted { frame: 0, derivatives: false }, Metadata::default())?;
+    let parts = dynamics_of_rows(
+        model,
+        motion,
+        DynamicsOutput { frame: 0, derivatives: false },
+        Metadata::default(),
+    )?;
     let panel = |(k, joint): (usize, &hysteron_arm_dynamics::Joint)| {
         let unit = if joint.kind == JointKind::Revolute { ["n_m", "N m"] } else { ["n", "N"] };
-        let applied = motion.require(&channel_name(model, Quantity::Torque, k))?;
+        let applied = motion.require(&channel_name(model, JointQuantityKind::Torque, k))?;
         let of = |stem: &str| parts.require(&format!("{stem}_{}_{}", k + 1, unit[0]));
         let (gravity, coriolis) = (of("gravity")?, of("coriolis")?);
         let rest = (0..applied.len()).map(|i| applied[i] - gravity[i] - coriolis[i]).collect();

@@ -1,7 +1,7 @@
 //! Simulates an arm under recorded torques.
 
 use hysteron_arm_dynamics::Model;
-use hysteron_arm_estimation::{Quantity, joint_rows, motion_under_torques};
+use hysteron_arm_estimation::{JointQuantityKind, joint_rows, motion_under_torques};
 use hysteron_base::{BadInput, Recording};
 use hysteron_report::folder::ReportFolder;
 
@@ -46,6 +46,6 @@ fn simulate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
 /// Coordinates of the first row; zero where there are none.
 fn first_row(model: &Model, recording: &Recording) -> Result<Vec<f64>, BadInput> {
     let n = model.n_joints();
-    let rows = joint_rows(model, recording, Quantity::Position)?;
+    let rows = joint_rows(model, recording, JointQuantityKind::Position)?;
     Ok(rows.map_or_else(|| vec![0.0; n], |rows| rows[..n].to_vec()))
 }

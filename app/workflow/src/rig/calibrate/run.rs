@@ -12,7 +12,7 @@ use hysteron_virtual_rig::virtual_rig::SimulatedRig;
 use super::options::Options;
 use super::outcome::Outcome;
 use crate::rig::record::source::{Source, calibration_path};
-use crate::shared::watchdog::Watched;
+use crate::shared::watchdog::WatchdogGuard;
 use crate::{Context, WorkflowError};
 
 /// Carries out the verb.
@@ -47,7 +47,7 @@ fn calibrate_rig(options: &Options, context: &Context) -> anyhow::Result<Outcome
             let mut hardware = LiveRig::open(rig)?.expecting(registers);
             // What is not fit to run needs nobody to watch it.
             hardware.prepare()?;
-            let mut hardware = Watched::new(hardware, &options.rig, context)?;
+            let mut hardware = WatchdogGuard::new(hardware, &options.rig, context)?;
             let found = calibrate(&mut *hardware, rig, date, &|| context.is_cancelled(), &mut log)?;
             hardware.close();
             found

@@ -8,12 +8,12 @@ use hysteron_rig::{Hardware, LiveRig};
 
 use super::jobs::Job;
 use super::options::Options;
-use super::partial_files::{ended, rescue};
+use super::partial_files::{ended, keep_partial};
 use super::source::Source;
 use super::summary::Summary;
 use crate::Context;
-use crate::shared::watchdog::Watched;
-use crate::tendon::sense::live::{LiveSensing, Pace};
+use crate::shared::watchdog::WatchdogGuard;
+use crate::tendon::sense::live::{LiveSensing, SensingMode};
 
 /// Recording jobs and their options.
 pub struct Work<'a> {
@@ -32,7 +32,7 @@ pub fn record(
 ) -> anyhow::Result<()> {
     let rig = source.rig();
     for job in *jobs {
-        rescue(&job.out)?;
+        keep_partial(&job.out)?;
     }
     if calibration.registers.is_empty() {
         tracing::warn!(
@@ -44,7 +44,7 @@ pub fn record(
     let mut hardware = LiveRig::open(rig)?.expecting(calibration.register_baseline());
     let servos = hardware.prepare()?;
     calibration.check(rig, &servos)?;
-    let mut hardware = Watched::new(hardware, &options.rig, context)?;
+    let mut hardware = WatchdogGuard::new(hardware, &options.rig, context)?;
     let run = Run { rig, calibration, meta, sensing: *sensing };
     let (ended, is_torque_settled) = run.all(&mut hardware, jobs, summary, context);
     if is_torque_settled {
@@ -103,7 +103,7 @@ impl Run<'_> {
         let options = RecordOptions::new(job.out.clone(), (self.meta)(job, self.calibration));
         let mut recorder = RigRecorder::begin(self.rig, self.calibration, options)?;
         if let Some(sensing) = self.sensing {
-            recorder = sensing.follow(recorder, self.calibration, &job.commands, Pace::RealTime)?;
+            recorder = sensing.follow(recorder, self.calibration, &job.commands, SensingMode::RealTime)?;
         }
         let session = RigSession::start(hardware, self.rig, self.calibration, job.rate_hz)?;
         Ok(recorder.run(session, &job.commands, &|| context.is_cancelled(), progress)?)

@@ -30,7 +30,7 @@ pub fn ended(outcome: &Outcome, job: &Job) -> anyhow::Result<()> {
 }
 
 /// Opens what a crashed run has left, under a name of its own.
-pub fn rescue(out: &Path) -> anyhow::Result<()> {
+pub fn keep_partial(out: &Path) -> anyhow::Result<()> {
     let journal = journal_path(out);
     if !journal.exists() {
         return Ok(());
@@ -55,6 +55,6 @@ pub fn clear_journal(out: &Path, recording: &Recording) -> anyhow::Result<()> {
         |found: &Recording| found.time() == recording.time() && found.channels() == recording.channels();
     match Journal::read(&journal) {
         Ok(found) if has_same_rows(&found.recording) => Ok(std::fs::remove_file(&journal)?),
-        _ => rescue(out),
+        _ => keep_partial(out),
     }
 }

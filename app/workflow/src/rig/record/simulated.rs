@@ -16,7 +16,7 @@ use super::source::{self, Source};
 use super::summary::Summary;
 use super::tip_force::TipForce;
 use crate::Context;
-use crate::tendon::sense::live::{LiveSensing, Pace};
+use crate::tendon::sense::live::{LiveSensing, SensingMode};
 
 /// A simulated calibration has no date; the same seed must give the same bytes.
 const DATE: &str = "simulated";
@@ -73,7 +73,7 @@ impl Simulation<'_> {
             }
             let mut recorder = RigRecorder::begin(rig, &calibration, options)?;
             if let Some(sensing) = self.sensing {
-                recorder = sensing.follow(recorder, &calibration, &job.commands, Pace::Simulated)?;
+                recorder = sensing.follow(recorder, &calibration, &job.commands, SensingMode::Blocking)?;
             }
             let session = RigSession::start(&mut hardware, rig, &calibration, job.rate_hz)?;
             let mut progress = |row: usize| {

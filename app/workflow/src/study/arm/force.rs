@@ -6,7 +6,7 @@ use hysteron_arm_estimation::{ColumnMap, ImportOptions, import};
 use hysteron_base::{BadInput, Metadata, Recording, file, json, parallel};
 use hysteron_learn::Error;
 use hysteron_studies::Listener;
-use hysteron_studies::force::{ForceData, TASKS, Telemetry, force_study};
+use hysteron_studies::force::{ForceData, ServoForceTelemetry, TASKS, force_study};
 use hysteron_virtual_rig::virtual_arm::{N_JOINTS, Planned, VirtualArm, data_set};
 use serde_json::Value;
 
@@ -72,11 +72,11 @@ fn recorded(general: &VirtualArm, seed: u64) -> Found<ForceData> {
         |one: &Planned| one.subset == "weight" && one.split == "test" && TASKS.contains(&one.task.as_str());
     let telemetry = |wanted: &(dyn Fn(&Planned) -> bool + Sync)| {
         let planned: Vec<Planned> = data_set().into_iter().filter(wanted).collect();
-        let one = |one: &Planned| -> Found<(String, Telemetry)> {
+        let one = |one: &Planned| -> Found<(String, ServoForceTelemetry)> {
             let refused = |e: hysteron_rig::Error| BadInput::new(one.name(), "a recording", e.to_string());
             let recording =
                 arm.record(&one.trial, seed, &one.name(), Metadata::default()).map_err(refused)?;
-            Ok((one.task.clone(), Telemetry::of(&recording, N_JOINTS)?))
+            Ok((one.task.clone(), ServoForceTelemetry::of(&recording, N_JOINTS)?))
         };
         parallel::try_map(&planned, one)
     };
@@ -142,14 +142,14 @@ impl NadFiles {
     }
 }
 
-fn telemetry(path: &Path) -> Found<Telemetry> {
+fn telemetry(path: &Path) -> Found<ServoForceTelemetry> {
     let recording = if path.extension().is_some_and(|ending| ending == "csv") {
         let options = ImportOptions { columns: Some(ColumnMap::named("nad-omx")?), ..Default::default() };
         import(path, &options, Metadata::default())?.recording
     } else {
         Recording::read(path)?
     };
-    Ok(Telemetry::of(&recording, N_JOINTS).map_err(|bad| bad.within(path.display()))?)
+    Ok(ServoForceTelemetry::of(&recording, N_JOINTS).map_err(|bad| bad.within(path.display()))?)
 }
 
 /// Entries of a folder that there must be, in order of their names.

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_estimation::{ColumnMap, ImportOptions, import};
-use hysteron_arm_learning::neural::{Features, SimulationOptions, Unlabelled, gripper_of, trajectory_of};
+use hysteron_arm_learning::neural::{
+    FeatureLayout, SimulationOptions, Unlabelled, gripper_of, trajectory_of,
+};
 use hysteron_base::{BadInput, Metadata, Recording, file, json, parallel};
 use hysteron_studies::Listener;
 use hysteron_studies::neural::{NeuralData, NeuralScope, NeuralSize, Sample, Split, neural_study};
@@ -120,7 +122,7 @@ fn read(folder: &Path) -> anyhow::Result<(Recorded, Value)> {
 /// The recordings as networks learn from them; free motion is that of the folder `force_unlabeled`.
 fn data(recordings: &Recorded) -> anyhow::Result<NeuralData> {
     let all: Vec<Recording> = recordings.iter().map(|(_, _, recording)| recording.clone()).collect();
-    let features = Features { joints: N_JOINTS, gripper: gripper_of(&all)? };
+    let features = FeatureLayout { joints: N_JOINTS, gripper: gripper_of(&all)? };
     let period = SimulationOptions::PUBLISHED.period;
     let one = |(task, split, recording): &(String, Split, Recording)| -> anyhow::Result<Sample> {
         let is_free = task.starts_with("force_unlabeled");

@@ -64,7 +64,7 @@ pub struct Way {
 
 /// Limits that stand instead of those of a training [m, m/s].
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Given {
+pub struct LimitOverrides {
     /// Smallest and largest stroke.
     pub stroke: [Option<f64>; 2],
     /// Fastest change of a stroke.
@@ -130,7 +130,7 @@ impl crate::shared::outcome::Outcome for Outcome {}
 pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     check_strokes(options)?;
     let metres = |mm: Option<f64>| mm.map(|mm| 1e-3 * mm);
-    let given = Given {
+    let given = LimitOverrides {
         stroke: [options.stroke_min_mm, options.stroke_max_mm].map(metres),
         rate: metres(options.stroke_rate_max_mm_s),
     };
@@ -188,7 +188,7 @@ impl Way {
     }
 
     /// Strokes for the path, and what is recorded beside them.
-    pub fn strokes(&self, given: &Given, context: &Context) -> anyhow::Result<Recording> {
+    pub fn strokes(&self, given: &LimitOverrides, context: &Context) -> anyhow::Result<Recording> {
         let target = read_target(&self.target)?;
         context.listen();
         let n = target.path.len();
@@ -238,7 +238,7 @@ impl Way {
 /// By an inverse controller.
 fn by_network(
     way: &Way,
-    given: &Given,
+    given: &LimitOverrides,
     target: &Target,
     progress: &mut dyn FnMut(usize) -> bool,
 ) -> anyhow::Result<Answer> {
@@ -282,7 +282,7 @@ fn read_target(named: &str) -> anyhow::Result<Target> {
 }
 
 /// Those of the training, but for the ones given.
-fn limits(model: &InverseModel, given: &Given) -> StrokeLimits {
+fn limits(model: &InverseModel, given: &LimitOverrides) -> StrokeLimits {
     let StrokeLimits { stroke: Bounds { min, max }, stroke_rate } = model.limits;
     let [lowest, highest] = given.stroke;
     StrokeLimits {

@@ -7,7 +7,7 @@ use hysteron_control::plan::TendonMapping;
 use hysteron_twin::Twin;
 use hysteron_twin::residual::{FollowLimits, FollowStep, PathFollower};
 
-use super::{Answer, Given, Target};
+use super::{Answer, LimitOverrides, Target};
 use crate::shared::network::{Network, plant};
 use crate::shared::plan::angles_of;
 
@@ -47,7 +47,7 @@ impl Twins {
 pub fn strokes(
     (scene, twins): (&Path, Twins),
     checkpoint: Option<&Path>,
-    given: &Given,
+    given: &LimitOverrides,
     target: &Target,
     progress: &mut dyn FnMut(usize) -> bool,
 ) -> anyhow::Result<Answer> {

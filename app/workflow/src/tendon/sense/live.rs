@@ -60,11 +60,11 @@ pub struct LiveSensing {
 
 /// Whether a rig waits for what is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pace {
+pub enum SensingMode {
     /// It does not: its cycles come when they must.
     RealTime,
     /// It does.
-    Simulated,
+    Blocking,
 }
 
 impl LiveSensing {
@@ -104,7 +104,7 @@ impl LiveSensing {
         recorder: RigRecorder,
         calibration: &RigCalibration,
         commands: &Recording,
-        pace: Pace,
+        pace: SensingMode,
     ) -> anyhow::Result<RigRecorder> {
         let layout = Layout::new(recorder.channels(), calibration)?;
         let strokes: Vec<f64> = commands.strokes().iter().map(|channel| channel[0]).collect();
@@ -155,7 +155,7 @@ impl LiveSensing {
             let start = Instant::now();
             let (sensed, _) = sensing.sense(&mut observer, &layout.sample(&values, &mut held))?;
             times.push(1e3 * start.elapsed().as_secs_f64());
-            if answers.send(Answer::Told(Told { time, sensed })).is_err() {
+            if answers.send(Answer::Told(TimedEstimate { time, sensed })).is_err() {
                 break;
             }
         }
@@ -173,7 +173,7 @@ struct Row {
 
 /// Force estimate for one sample.
 #[derive(Debug)]
-struct Told {
+struct TimedEstimate {
     time: f64,
     sensed: SensedSample,
 }
@@ -181,7 +181,7 @@ struct Told {
 #[derive(Debug)]
 enum Answer {
     Ready,
-    Told(Told),
+    Told(TimedEstimate),
     Failed(String),
 }
 
@@ -272,7 +272,7 @@ struct Live {
     rows: Option<SyncSender<Row>>,
     told: Receiver<Answer>,
     thread: Option<JoinHandle<()>>,
-    pace: Pace,
+    pace: SensingMode,
     stop_on_contact: bool,
     tension_max: Option<f64>,
     /// Rows that nothing was told of yet.
@@ -324,13 +324,13 @@ impl Supervisor for Live {
 
 impl Live {
     /// Next estimate; a simulated rig waits for it.
-    fn next(&mut self) -> Option<Told> {
+    fn next(&mut self) -> Option<TimedEstimate> {
         if self.n_waiting == 0 || self.failure.is_some() {
             return None;
         }
         let answer = match self.pace {
-            Pace::Simulated => self.told.recv().map_err(|_| TryRecvError::Disconnected),
-            Pace::RealTime => self.told.try_recv(),
+            SensingMode::Blocking => self.told.recv().map_err(|_| TryRecvError::Disconnected),
+            SensingMode::RealTime => self.told.try_recv(),
         };
         match answer {
             Ok(Answer::Told(told)) => {
@@ -346,8 +346,12 @@ impl Live {
     }
 
     /// Notes contacts that begin and end, and refuses what is not to be.
-    fn look_at(&mut self, told: &Told, notes: &mut Vec<(EventKind, String)>) -> Result<(), Violation> {
-        let Told { time, sensed } = told;
+    fn look_at(
+        &mut self,
+        told: &TimedEstimate,
+        notes: &mut Vec<(EventKind, String)>,
+    ) -> Result<(), Violation> {
+        let TimedEstimate { time, sensed } = told;
         let tip = &sensed.tip;
         let largest = tip.force.norm();
         let begins = tip.is_contact && self.contact.is_none();

@@ -6,16 +6,16 @@ use std::path::{Path, PathBuf};
 
 use super::super::xml::Check;
 use super::attributes::{Attributes, Classes, MAIN, entry_of};
-use super::element::{Element, brief};
-use super::mass::Shape;
+use super::element::{MjcfElement, brief};
+use super::mass::ShapeMoments;
 use super::settings::Settings;
 use super::{mesh, schema};
 
 /// Assets of one document.
 pub(super) struct Assets<'a> {
-    meshes: BTreeMap<String, &'a Element>,
+    meshes: BTreeMap<String, &'a MjcfElement>,
     /// Shapes of meshes that were needed, by the name.
-    shapes: RefCell<BTreeMap<String, Shape>>,
+    shapes: RefCell<BTreeMap<String, ShapeMoments>>,
     /// Numbers of the documents of models, by the name.
     pub models: BTreeMap<String, usize>,
     folder: Option<PathBuf>,
@@ -23,7 +23,7 @@ pub(super) struct Assets<'a> {
 
 impl<'a> Assets<'a> {
     /// Those of a document in `folder`; `models` by their names.
-    pub fn read(root: &'a Element, folder: Option<&Path>, models: BTreeMap<String, usize>) -> Self {
+    pub fn read(root: &'a MjcfElement, folder: Option<&Path>, models: BTreeMap<String, usize>) -> Self {
         let meshes = root.children_of("asset").flat_map(|section| section.children_of("mesh"));
         let meshes = meshes.filter_map(|element| Some((mesh::name(element)?, element))).collect();
         Self { meshes, shapes: RefCell::default(), models, folder: folder.map(Path::to_owned) }
@@ -35,11 +35,11 @@ impl<'a> Assets<'a> {
     /// `BadInput` for a name of no mesh, and a mesh without shape.
     pub fn shape(
         &self,
-        element: &Element,
+        element: &MjcfElement,
         name: &str,
         classes: &Classes,
         settings: &Settings,
-    ) -> Check<Shape> {
+    ) -> Check<ShapeMoments> {
         if let Some(shape) = self.shapes.borrow().get(name) {
             return Ok(*shape);
         }

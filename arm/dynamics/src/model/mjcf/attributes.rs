@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use super::super::xml::Check;
-use super::element::{Element, brief};
-use super::schema::{self, Entry, Use};
+use super::element::{MjcfElement, brief};
+use super::schema::{self, MjcfEntry, Use};
 
 /// Texts of attributes by name.
 type Values<'a> = BTreeMap<&'a str, &'a str>;
@@ -25,7 +25,7 @@ impl<'a> Classes<'a> {
     ///
     /// # Errors
     /// `BadInput` for a class without a name, or one that is defined twice.
-    pub fn read(root: &'a Element) -> Check<Self> {
+    pub fn read(root: &'a MjcfElement) -> Check<Self> {
         let mut classes = Self::default();
         classes.by_name.insert(MAIN, BTreeMap::new());
         for section in root.children_of("default") {
@@ -37,7 +37,7 @@ impl<'a> Classes<'a> {
         Ok(classes)
     }
 
-    fn read_class(&mut self, section: &'a Element, name: &'a str) -> Check<()> {
+    fn read_class(&mut self, section: &'a MjcfElement, name: &'a str) -> Check<()> {
         let entry = entry_of(schema::root(), "default");
         let mut own = self.by_name.get(name).cloned().unwrap_or_default();
         for element in section.children.iter().filter(|child| *child.tag != *"default") {
@@ -72,7 +72,7 @@ impl<'a> Classes<'a> {
 pub(super) const EQUALITY: &str = "equality";
 
 /// Which elements share what a class gives: there is one kind of actuator, one of tendon and one of equality.
-fn kind(entry: &Entry) -> &'static str {
+fn kind(entry: &MjcfEntry) -> &'static str {
     match entry.id.split_once('/') {
         Some(("actuator", _)) => "actuator",
         Some((_, "equality")) | Some(("equality", _)) => EQUALITY,
@@ -84,7 +84,7 @@ fn kind(entry: &Entry) -> &'static str {
 /// Attributes of one element.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Attributes<'a> {
-    pub element: &'a Element,
+    pub element: &'a MjcfElement,
     class: Option<&'a Values<'a>>,
 }
 
@@ -93,7 +93,12 @@ impl<'a> Attributes<'a> {
     ///
     /// # Errors
     /// `BadInput` for a class that is not there, and for a value that the table refuses, in the element or in its class.
-    pub fn of(element: &'a Element, entry: &Entry, classes: &'a Classes<'a>, class: &str) -> Check<Self> {
+    pub fn of(
+        element: &'a MjcfElement,
+        entry: &MjcfEntry,
+        classes: &'a Classes<'a>,
+        class: &str,
+    ) -> Check<Self> {
         Self::unchecked(element, classes, kind(entry), class)?.check(entry)
     }
 
@@ -101,7 +106,12 @@ impl<'a> Attributes<'a> {
     ///
     /// # Errors
     /// `BadInput` for a class that is not there.
-    pub fn unchecked(element: &'a Element, classes: &'a Classes<'a>, kind: &str, class: &str) -> Check<Self> {
+    pub fn unchecked(
+        element: &'a MjcfElement,
+        classes: &'a Classes<'a>,
+        kind: &str,
+        class: &str,
+    ) -> Check<Self> {
         match element.attribute("class") {
             Some(own) if !classes.contains(own) => {
                 Err(element.error("a class of <default>", format!("\"{}\"", brief(own))))
@@ -114,11 +124,11 @@ impl<'a> Attributes<'a> {
     ///
     /// # Errors
     /// `BadInput` for a value that the table refuses.
-    pub fn plain(element: &'a Element, entry: &Entry) -> Check<Self> {
+    pub fn plain(element: &'a MjcfElement, entry: &MjcfEntry) -> Check<Self> {
         Self { element, class: None }.check(entry)
     }
 
-    fn check(self, entry: &Entry) -> Check<Self> {
+    fn check(self, entry: &MjcfEntry) -> Check<Self> {
         if let Use::Refused(reason) = entry.role {
             return Err(self.element.error(&format!("no <{}>: {reason}", entry.tag), "one"));
         }
@@ -238,6 +248,6 @@ fn is_same(word: &str, value: &str) -> bool {
 }
 
 /// The entry of the child `tag` of `parent`, both of which the table has.
-pub(super) fn entry_of(parent: &'static Entry, tag: &str) -> &'static Entry {
+pub(super) fn entry_of(parent: &'static MjcfEntry, tag: &str) -> &'static MjcfEntry {
     schema::child(parent, tag).unwrap_or_else(|| panic!("<{tag}> in <{}>", parent.tag))
 }

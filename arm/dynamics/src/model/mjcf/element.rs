@@ -21,15 +21,15 @@ const MAX_INCLUDED: usize = 32;
 
 /// An element of the assembled document.
 #[derive(Debug)]
-pub(super) struct Element {
+pub(super) struct MjcfElement {
     pub tag: Box<str>,
     attributes: Vec<(Box<str>, Box<str>)>,
-    pub children: Vec<Element>,
+    pub children: Vec<MjcfElement>,
     file: Rc<str>,
     line: u32,
 }
 
-impl Element {
+impl MjcfElement {
     /// Text of an attribute of its own.
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(known, _)| **known == *name).map(|(_, text)| &**text)
@@ -41,7 +41,7 @@ impl Element {
     }
 
     /// Child elements called `tag`.
-    pub fn children_of<'a>(&'a self, tag: &'static str) -> impl Iterator<Item = &'a Element> {
+    pub fn children_of<'a>(&'a self, tag: &'static str) -> impl Iterator<Item = &'a MjcfElement> {
         self.children.iter().filter(move |child| *child.tag == *tag)
     }
 
@@ -85,7 +85,7 @@ pub(super) struct Files {
 }
 
 /// Document being read: a file, where its lines end, its folder, and how many files enclose it.
-struct Source<'t> {
+struct MjcfSource<'t> {
     file: Rc<str>,
     line_ends: &'t [usize],
     folder: Option<&'t Path>,
@@ -104,7 +104,7 @@ impl Files {
     /// # Errors
     /// `BadInput` naming file and line for text that is no XML, a file that cannot be read or is included twice, or more bytes,
     /// elements or levels than a robot has.
-    pub fn assemble(&mut self, text: &str, name: &str) -> Check<Element> {
+    pub fn assemble(&mut self, text: &str, name: &str) -> Check<MjcfElement> {
         let folder = self.folder.clone();
         self.text(text, name, folder.as_deref(), 0, 0)
     }
@@ -112,10 +112,10 @@ impl Files {
     /// Root and folder of the file `name` that `element`, which is in `folder`, asks for, with all that it includes.
     pub fn open(
         &mut self,
-        element: &Element,
+        element: &MjcfElement,
         folder: Option<&Path>,
         name: &str,
-    ) -> Check<(Element, PathBuf)> {
+    ) -> Check<(MjcfElement, PathBuf)> {
         let (path, text) = self.find(element, name, folder)?;
         let folder = path.parent().map(Path::to_owned).unwrap_or_default();
         // What it includes is relative to itself, and may be what another document has.
@@ -133,17 +133,17 @@ impl Files {
         folder: Option<&Path>,
         included: usize,
         depth: usize,
-    ) -> Check<Element> {
+    ) -> Check<MjcfElement> {
         let document = parse(text, name)?;
         let line_ends: Vec<usize> =
             text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(k, _)| k).collect();
-        let source = Source { file: Rc::from(name), line_ends: &line_ends, folder, included };
+        let source = MjcfSource { file: Rc::from(name), line_ends: &line_ends, folder, included };
         self.element(&document.root_element(), &source, depth)
     }
 
-    fn element(&mut self, node: &Node, source: &Source, depth: usize) -> Check<Element> {
+    fn element(&mut self, node: &Node, source: &MjcfSource, depth: usize) -> Check<MjcfElement> {
         let line = source.line_ends.partition_point(|end| *end < node.range().start) + 1;
-        let mut element = Element {
+        let mut element = MjcfElement {
             tag: node.tag_name().name().into(),
             attributes: node
                 .attributes()
@@ -172,7 +172,7 @@ impl Files {
     }
 
     /// The root of the file that `element` includes.
-    fn include(&mut self, element: &Element, source: &Source, depth: usize) -> Check<Element> {
+    fn include(&mut self, element: &MjcfElement, source: &MjcfSource, depth: usize) -> Check<MjcfElement> {
         let name = match element.attribute("file") {
             Some(name) if !name.trim().is_empty() => name,
             _ => return Err(element.error("an attribute file", "none")),
@@ -194,7 +194,7 @@ impl Files {
     }
 
     /// Path and text of the file `name`, relative to the first file or to the one that names it.
-    fn find(&mut self, element: &Element, name: &str, folder: Option<&Path>) -> Check<(PathBuf, String)> {
+    fn find(&mut self, element: &MjcfElement, name: &str, folder: Option<&Path>) -> Check<(PathBuf, String)> {
         let Some(first) = &self.folder else {
             return Err(element
                 .error("a robot that stands in one text", format!("another file, \"{}\"", brief(name)))

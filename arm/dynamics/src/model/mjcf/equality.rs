@@ -6,9 +6,9 @@ use super::super::MAX_JOINTS;
 use super::super::description::Mimic;
 use super::super::xml::Check;
 use super::attributes::{Attributes, EQUALITY, MAIN, entry_of};
-use super::element::{Element, brief};
+use super::element::{MjcfElement, brief};
 use super::schema;
-use super::tree::{Placement, Source, Tree};
+use super::tree::{MjcfTree, Placement, Tree};
 
 /// q of `follower` = `ratio` · q of `leader` + `offset`, joints by their numbers in the tree.
 #[derive(Debug, Clone, Copy)]
@@ -26,7 +26,7 @@ type Joints = BTreeMap<String, (usize, f64)>;
 ///
 /// # Errors
 /// `BadInput` for constraints that are no such equality, joints that are not there, and joints that follow two others.
-pub(super) fn read(sources: &[Source], tree: &mut Tree) -> Check<()> {
+pub(super) fn read(sources: &[MjcfTree], tree: &mut Tree) -> Check<()> {
     // More joints are refused when the model is built.
     if !sources[0].settings.equality || tree.references.len() > MAX_JOINTS {
         return Ok(());
@@ -90,15 +90,15 @@ impl Relation {
 }
 
 /// False where a constraint is switched off, by itself or by its class.
-fn is_active(element: &Element, source: &Source) -> Check<bool> {
+fn is_active(element: &MjcfElement, source: &MjcfTree) -> Check<bool> {
     let at = Attributes::unchecked(element, source.classes, EQUALITY, MAIN)?;
     Ok(at.word("active", &["true", "false"])? == 0)
 }
 
 /// The relation of a constraint; `None` for one of a model of which other parts were attached.
 fn relation(
-    element: &Element,
-    source: &Source,
+    element: &MjcfElement,
+    source: &MjcfTree,
     placement: &Placement,
     joints: &Joints,
 ) -> Check<Option<Relation>> {
@@ -129,7 +129,7 @@ fn relation(
 /// With lengths L and those at the reference coordinates L₀: L₁ − L₁₀ = c₀ + c₁ (L₂ − L₂₀), without the second tendon L₁ − L₁₀ = c₀.
 fn over_tendons(
     at: &Attributes,
-    source: &Source,
+    source: &MjcfTree,
     [offset, ratio]: [f64; 2],
     known: &dyn Fn(&str) -> Option<(usize, f64)>,
 ) -> Check<Option<Relation>> {
@@ -169,7 +169,7 @@ fn over_tendons(
 }
 
 /// Joints of the tendon `name`, which must be a sum of them.
-fn fixed_tendon<'a>(element: &Element, source: &Source<'a>, name: &str) -> Check<&'a [Element]> {
+fn fixed_tendon<'a>(element: &MjcfElement, source: &MjcfTree<'a>, name: &str) -> Check<&'a [MjcfElement]> {
     let mut tendons = source.root.children_of("tendon").flat_map(|section| &section.children);
     match tendons.find(|tendon| tendon.attribute("name") == Some(name)) {
         Some(tendon) if *tendon.tag == *"fixed" => Ok(&tendon.children),
@@ -181,14 +181,14 @@ fn fixed_tendon<'a>(element: &Element, source: &Source<'a>, name: &str) -> Check
     }
 }
 
-fn no_joint(element: &Element, name: &str) -> hysteron_base::BadInput {
+fn no_joint(element: &MjcfElement, name: &str) -> hysteron_base::BadInput {
     element.error("a joint of this robot that moves", format!("\"{}\"", brief(name)))
 }
 
 const OPENED: &str = "remove it, or set active=\"false\" in it, for the torques of the tree without it";
 
 /// Hint for a constraint that is refused.
-fn way_out(element: &Element, source: &Source) -> &'static str {
+fn way_out(element: &MjcfElement, source: &MjcfTree) -> &'static str {
     let names = ["body1", "body2"].map(|name| element.attribute(name));
     match names.into_iter().flatten().any(|name| is_mocap(source.root, name)) {
         true => {
@@ -200,7 +200,7 @@ fn way_out(element: &Element, source: &Source) -> &'static str {
 }
 
 /// True where `name` is a mocap body within `element`.
-fn is_mocap(element: &Element, name: &str) -> bool {
+fn is_mocap(element: &MjcfElement, name: &str) -> bool {
     let is_it = element.attribute("name") == Some(name) && element.attribute("mocap") == Some("true");
     is_it || element.children.iter().any(|inner| is_mocap(inner, name))
 }

@@ -4,7 +4,7 @@ use super::super::xml::Check;
 use super::assets::Assets;
 use super::attributes::{Attributes, Classes};
 use super::element::brief;
-use super::mass::Shape;
+use super::mass::ShapeMoments;
 use super::orientation::{pose, segment};
 use super::settings::Settings;
 use crate::spatial::{Inertia, Pose};
@@ -61,7 +61,7 @@ pub(super) fn inertia(
 }
 
 /// A shape with its sizes, and its pose in the frame that it stands in.
-fn primitive(at: &Attributes, settings: &Settings, kind: &str) -> Check<(Shape, Pose<f64>)> {
+fn primitive(at: &Attributes, settings: &Settings, kind: &str) -> Check<(ShapeMoments, Pose<f64>)> {
     let mut sizes = at.numbers("size")?.unwrap_or_default();
     let is_shell = at.is_true("shellinertia")?;
     let placed = match segment(at)? {
@@ -95,15 +95,15 @@ fn primitive(at: &Attributes, settings: &Settings, kind: &str) -> Check<(Shape, 
     }
     let size = |k: usize| sizes[k];
     let shape = match (kind, is_shell) {
-        ("sphere", false) => Shape::ellipsoid([size(0); 3]),
-        ("sphere", true) => Shape::sphere_shell(size(0)),
-        ("capsule", false) => Shape::capsule(size(0), size(1)),
-        ("capsule", true) => Shape::capsule_shell(size(0), size(1)),
-        ("cylinder", false) => Shape::cylinder(size(0), size(1)),
-        ("cylinder", true) => Shape::cylinder_shell(size(0), size(1)),
-        ("box", false) => Shape::solid_box([size(0), size(1), size(2)]),
-        ("box", true) => Shape::box_shell([size(0), size(1), size(2)]),
-        (_, false) => Shape::ellipsoid([size(0), size(1), size(2)]),
+        ("sphere", false) => ShapeMoments::ellipsoid([size(0); 3]),
+        ("sphere", true) => ShapeMoments::sphere_shell(size(0)),
+        ("capsule", false) => ShapeMoments::capsule(size(0), size(1)),
+        ("capsule", true) => ShapeMoments::capsule_shell(size(0), size(1)),
+        ("cylinder", false) => ShapeMoments::cylinder(size(0), size(1)),
+        ("cylinder", true) => ShapeMoments::cylinder_shell(size(0), size(1)),
+        ("box", false) => ShapeMoments::solid_box([size(0), size(1), size(2)]),
+        ("box", true) => ShapeMoments::box_shell([size(0), size(1), size(2)]),
+        (_, false) => ShapeMoments::ellipsoid([size(0), size(1), size(2)]),
         (_, true) => {
             return Err(at
                 .element

@@ -1,7 +1,7 @@
 //! A joint of MJCF: where it is, what limits and resists it.
 
 use super::super::build::unit;
-use super::super::description::{Drive, JointKind};
+use super::super::description::{JointKind, JointLimits};
 use super::super::xml::Check;
 use super::attributes::Attributes;
 use super::element::brief;
@@ -15,7 +15,7 @@ pub(super) struct Hinge {
     pub axis: Vec3<f64>,
     /// Coordinate of the joint where the body stands as the file places it [rad] or [m].
     pub reference: f64,
-    pub drive: Drive,
+    pub drive: JointLimits,
     /// Time constant [s] and damping ratio that spring and damper are made to have.
     pub response: Option<[f64; 2]>,
     /// True where its actuator carries what gravity compensation asks of it.
@@ -51,7 +51,7 @@ pub(super) fn hinge(at: &Attributes, settings: &Settings, frame: &Pose<f64>) -> 
     let range = is_limited(at, settings, "limited", "range")?.map(|range| range.map(|end| end * scale));
     let [stiffness, damping, dry] =
         [at.not_negative("stiffness")?, at.not_negative("damping")?, at.not_negative("frictionloss")?];
-    let drive = Drive {
+    let drive = JointLimits {
         range: range.filter(|_| settings.limits),
         speed_limit: None,
         effort_limit: force,

@@ -9,13 +9,13 @@ use crate::spatial::{Inertia, Pose, Sym3, Vec3};
 
 /// Volume [m³] or area [m²] of a shape, its centre [m], and second moment of inertia about it for density one.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shape {
+pub(super) struct ShapeMoments {
     pub size: f64,
     pub centre: Vec3<f64>,
     pub second: Sym3<f64>,
 }
 
-impl Shape {
+impl ShapeMoments {
     /// A shape about the origin with axes of symmetry along x, y and z.
     fn centred(size: f64, [x, y, z]: Vec3<f64>) -> Self {
         Self { size, centre: [0.0; 3], second: [x, 0.0, y, 0.0, 0.0, z] }

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 
 use super::super::xml::Check;
 use super::attributes::Attributes;
-use super::element::{Element, brief};
-use super::mass::Shape;
+use super::element::{MjcfElement, brief};
+use super::mass::ShapeMoments;
 use super::orientation::of_quaternion;
 use super::settings::Settings;
 use crate::spatial::{Sym3, Vec3, add_scaled3, cross, dot3, mul3_transposed, sub3};
@@ -25,7 +25,7 @@ const MAX_TRIANGLES: usize = 2_000_000;
 
 /// Vertices [m] and triangles of a mesh.
 #[derive(Debug, Default)]
-struct Mesh {
+struct TriangleMesh {
     vertices: Vec<Vec3<f64>>,
     triangles: Vec<[usize; 3]>,
 }
@@ -42,7 +42,7 @@ enum Filling {
 }
 
 /// Name of a mesh: its own, or that of its file.
-pub(super) fn name(element: &Element) -> Option<String> {
+pub(super) fn name(element: &MjcfElement) -> Option<String> {
     let stem = |text: &str| Some(Path::new(text).file_stem()?.to_str()?.to_owned());
     element.attribute("name").map(str::to_owned).or_else(|| element.attribute("file").and_then(stem))
 }
@@ -51,7 +51,7 @@ pub(super) fn name(element: &Element) -> Option<String> {
 ///
 /// # Errors
 /// `BadInput` for a mesh without or with a damaged file, or one that has no inertia of this kind.
-pub(super) fn shape(at: &Attributes, settings: &Settings, folder: Option<&Path>) -> Check<Shape> {
+pub(super) fn shape(at: &Attributes, settings: &Settings, folder: Option<&Path>) -> Check<ShapeMoments> {
     let fillings = ["legacy", "exact", "shell", "convex"];
     let filling = match at.word("inertia", &fillings)? {
         0 => Filling::Legacy,
@@ -91,8 +91,8 @@ pub(super) fn shape(at: &Attributes, settings: &Settings, folder: Option<&Path>)
     })
 }
 
-impl Mesh {
-    fn shape(&self, filling: Filling) -> Result<Shape, String> {
+impl TriangleMesh {
+    fn shape(&self, filling: Filling) -> Result<ShapeMoments, String> {
         if filling == Filling::Exact && !self.is_closed() {
             return Err("edges that do not belong to two triangles".to_owned());
         }
@@ -117,7 +117,7 @@ impl Mesh {
                 size += part;
                 add_products(&mut second, &corners, part / 12.0);
             }
-            return Ok(Shape { size, centre: middle, second: moments(second) });
+            return Ok(ShapeMoments { size, centre: middle, second: moments(second) });
         }
         let (size, centre) = self.centre_of_volume(middle, filling);
         if size < 1e-14 {
@@ -130,7 +130,7 @@ impl Mesh {
             size += volume;
             add_products(&mut second, &corners, volume / 20.0);
         }
-        Ok(Shape { size, centre, second: moments(second) })
+        Ok(ShapeMoments { size, centre, second: moments(second) })
     }
 
     /// Volume of the pyramids from `apex` to the triangles, and its centre.
@@ -209,7 +209,7 @@ fn moments([xx, xy, yy, xz, yz, zz]: Sym3<f64>) -> Sym3<f64> {
 }
 
 /// Vertices and triangles that stand in the file itself.
-fn from_text(at: &Attributes) -> Check<Mesh> {
+fn from_text(at: &Attributes) -> Check<TriangleMesh> {
     let Some(numbers) = at.numbers("vertex")? else {
         return Err(at.element.error("a mesh with file or vertex", "neither"));
     };
@@ -231,10 +231,10 @@ fn from_text(at: &Attributes) -> Check<Mesh> {
             .error(&format!("numbers of vertices 0 to {}", count - 1.0), other.to_string()));
     }
     let triangles = faces.chunks(3).map(|c| [c[0] as usize, c[1] as usize, c[2] as usize]).collect();
-    Ok(Mesh { vertices, triangles })
+    Ok(TriangleMesh { vertices, triangles })
 }
 
-fn from_file(at: &Attributes, file: &str, settings: &Settings, folder: Option<&Path>) -> Check<Mesh> {
+fn from_file(at: &Attributes, file: &str, settings: &Settings, folder: Option<&Path>) -> Check<TriangleMesh> {
     let path = locate(at, file, settings, folder)?;
     let refused = |expected: &str, found: String| {
         Err(at.element.error(&format!("{}: {expected}", path.display()), found))
@@ -289,7 +289,7 @@ fn count(bytes: &[u8]) -> usize {
     u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as usize
 }
 
-fn finite(mesh: Mesh) -> Result<Mesh, String> {
+fn finite(mesh: TriangleMesh) -> Result<TriangleMesh, String> {
     match mesh.vertices.iter().flatten().find(|x| !x.is_finite()) {
         Some(x) => Err(format!("a vertex at {x}")),
         None => Ok(mesh),
@@ -297,7 +297,7 @@ fn finite(mesh: Mesh) -> Result<Mesh, String> {
 }
 
 /// Binary STL: 80 bytes, the number of triangles, 50 bytes for each.
-fn stl(bytes: &[u8]) -> Result<Mesh, String> {
+fn stl(bytes: &[u8]) -> Result<TriangleMesh, String> {
     const HEAD: usize = 84;
     const RECORD: usize = 50;
     let Some(number) = bytes.get(80..HEAD).map(count) else { return Err(format!("{} bytes", bytes.len())) };
@@ -305,7 +305,7 @@ fn stl(bytes: &[u8]) -> Result<Mesh, String> {
         let kind = if bytes.starts_with(b"solid") { " (text? MuJoCo reads binary STL alone)" } else { "" };
         return Err(format!("{} bytes for {number} triangles{kind}", bytes.len()));
     }
-    let mut mesh = Mesh::default();
+    let mut mesh = TriangleMesh::default();
     for record in bytes[HEAD..].chunks(RECORD) {
         let first = mesh.vertices.len();
         for corner in 0..3 {
@@ -320,7 +320,7 @@ fn stl(bytes: &[u8]) -> Result<Mesh, String> {
 }
 
 /// MuJoCo's own format: four counts, positions, normals, texture coordinates, triangles.
-fn msh(bytes: &[u8]) -> Result<Mesh, String> {
+fn msh(bytes: &[u8]) -> Result<TriangleMesh, String> {
     if bytes.len() < 16 {
         return Err(format!("{} bytes", bytes.len()));
     }
@@ -335,7 +335,7 @@ fn msh(bytes: &[u8]) -> Result<Mesh, String> {
     }
     let (positions, rest) = bytes[16..].split_at(12 * vertices);
     let indices = &rest[12 * normals + 8 * texture..];
-    let mesh = Mesh {
+    let mesh = TriangleMesh {
         vertices: positions.chunks(12).map(|c| [float(c), float(&c[4..]), float(&c[8..])]).collect(),
         triangles: indices.chunks(12).map(|c| [count(c), count(&c[4..]), count(&c[8..])]).collect(),
     };
@@ -346,9 +346,9 @@ fn msh(bytes: &[u8]) -> Result<Mesh, String> {
 }
 
 /// Vertices and faces of Wavefront OBJ; faces of more corners are fans.
-fn obj(bytes: &[u8]) -> Result<Mesh, String> {
+fn obj(bytes: &[u8]) -> Result<TriangleMesh, String> {
     let text = String::from_utf8_lossy(bytes);
-    let mut mesh = Mesh::default();
+    let mut mesh = TriangleMesh::default();
     for (line, words) in text.lines().enumerate() {
         let mut words = words.split_whitespace();
         let bad = |what: &str| format!("line {}: {what}", line + 1);

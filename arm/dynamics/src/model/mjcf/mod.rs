@@ -28,16 +28,16 @@ use super::xml::Check;
 use crate::{Data, mass_matrix};
 use assets::Assets;
 use attributes::{Attributes, Classes, MAIN, entry_of};
-use element::{Element, Files};
+use element::{Files, MjcfElement};
 use settings::Settings;
-use tree::{Response, Source, Tree, Walker};
+use tree::{MjcfTree, Response, Tree, Walker};
 
 /// Documents that a robot may be put together from.
 const MAX_MODELS: usize = 64;
 
 /// A document that is read: its root, its folder, and the numbers of the models that it names.
 struct Document {
-    root: Element,
+    root: MjcfElement,
     folder: Option<PathBuf>,
     models: BTreeMap<String, usize>,
 }
@@ -50,7 +50,7 @@ pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Check<Model
     let documents = documents(text, file, folder)?;
     let classes: Vec<Classes> =
         documents.iter().map(|document| Classes::read(&document.root)).collect::<Check<_>>()?;
-    let sources: Vec<Source> = documents
+    let sources: Vec<MjcfTree> = documents
         .iter()
         .zip(&classes)
         .map(|(document, classes)| source(document, classes))
@@ -60,7 +60,7 @@ pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Check<Model
         check_forces(source)?;
     }
     weigh(&sources, &mut tree);
-    let Source { root, settings, .. } = &sources[0];
+    let MjcfTree { root, settings, .. } = &sources[0];
     equality::read(&sources, &mut tree)?;
     let renamed = tell_sites_from_bodies(&mut tree);
     let Tree { links, joints, sites, free, responses, references, .. } = tree;
@@ -125,14 +125,14 @@ fn documents(text: &str, file: &str, folder: Option<&Path>) -> Check<Vec<Documen
     Ok(all)
 }
 
-fn source<'a>(document: &'a Document, classes: &'a Classes<'a>) -> Check<Source<'a>> {
+fn source<'a>(document: &'a Document, classes: &'a Classes<'a>) -> Check<MjcfTree<'a>> {
     let settings = Settings::read(&document.root)?;
     let assets = Assets::read(&document.root, document.folder.as_deref(), document.models.clone());
-    Ok(Source { root: &document.root, settings, classes, assets })
+    Ok(MjcfTree { root: &document.root, settings, classes, assets })
 }
 
 /// Refuses tendons and actuators that add to the forces on the robot, and deformable bodies.
-fn check_forces(source: &Source) -> Check<()> {
+fn check_forces(source: &MjcfTree) -> Check<()> {
     for section in ["tendon", "actuator", "deformable"] {
         let entry = entry_of(schema::root(), section);
         for element in source.root.children_of(section).flat_map(|section| &section.children) {
@@ -143,7 +143,7 @@ fn check_forces(source: &Source) -> Check<()> {
 }
 
 /// Gives the links their masses, with what the settings of their documents do to them.
-fn weigh(sources: &[Source], tree: &mut Tree) {
+fn weigh(sources: &[MjcfTree], tree: &mut Tree) {
     let settings: Vec<&Settings> = sources.iter().map(|source| &source.settings).collect();
     mass::apply(&settings, &mut tree.masses);
     for (link, _, mass) in &tree.masses {

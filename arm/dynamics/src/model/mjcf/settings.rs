@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::super::xml::Check;
 use super::attributes::{Attributes, entry_of};
-use super::element::Element;
+use super::element::MjcfElement;
 use super::schema;
 use crate::spatial::Vec3;
 
@@ -60,7 +60,7 @@ impl Settings {
     ///
     /// # Errors
     /// `BadInput` for values that the table refuses or that have another form.
-    pub fn read(root: &Element) -> Check<Self> {
+    pub fn read(root: &MjcfElement) -> Check<Self> {
         let mut settings = Self {
             angle: std::f64::consts::PI / 180.0,
             sequence: ['x', 'y', 'z'],
@@ -138,7 +138,7 @@ impl Settings {
         Ok(())
     }
 
-    fn options(&mut self, root: &Element) -> Check<()> {
+    fn options(&mut self, root: &MjcfElement) -> Check<()> {
         let entry = entry_of(schema::root(), "option");
         let of_flags = entry_of(entry, "flag");
         let mut flags = BTreeMap::new();

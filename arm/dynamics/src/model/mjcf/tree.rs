@@ -5,16 +5,16 @@ use std::rc::Rc;
 use hysteron_base::BadInput;
 
 use super::super::build::check_second;
-use super::super::description::{Drive, FreeJoint, JointDescription, Link};
+use super::super::description::{FreeJoint, JointDescription, JointLimits, Link};
 use super::super::xml::Check;
 use super::assets::Assets;
 use super::attributes::{Attributes, Classes, MAIN, entry_of};
-use super::element::{Element, brief};
+use super::element::{MjcfElement, brief};
 use super::geom;
 use super::joint::{Hinge, hinge};
 use super::mass::Mass;
 use super::orientation::{about, euler, pose, segment};
-use super::schema::{self, Entry};
+use super::schema::{self, MjcfEntry};
 use super::settings::{InertiaSource, Settings};
 use crate::JointKind;
 use crate::spatial::{Inertia, Pose};
@@ -23,8 +23,8 @@ use crate::spatial::{Inertia, Pose};
 const MAX_PLACED: usize = 200_000;
 
 /// A document with its settings, classes and assets.
-pub(super) struct Source<'a> {
-    pub root: &'a Element,
+pub(super) struct MjcfTree<'a> {
+    pub root: &'a MjcfElement,
     pub settings: Settings,
     pub classes: &'a Classes<'a>,
     pub assets: Assets<'a>,
@@ -56,7 +56,7 @@ struct Carriers {
 
 /// A body that waits for its turn.
 struct Waiting<'a> {
-    element: &'a Element,
+    element: &'a MjcfElement,
     parent: usize,
     around: Around<'a>,
     carriers: Carriers,
@@ -69,7 +69,7 @@ struct Contents<'a> {
     inertial: Option<Inertia<f64>>,
     geoms: Vec<(Attributes<'a>, Around<'a>)>,
     sites: Vec<(String, Pose<f64>)>,
-    bodies: Vec<(&'a Element, Around<'a>)>,
+    bodies: Vec<(&'a MjcfElement, Around<'a>)>,
 }
 
 /// A joint whose spring and damper are made to have a time constant [s] and a damping ratio.
@@ -111,7 +111,7 @@ pub(super) struct Tree {
 
 /// Collects the tree of the first of `sources`, to which the others may be attached.
 pub(super) struct Walker<'a, 's> {
-    sources: &'s [Source<'a>],
+    sources: &'s [MjcfTree<'a>],
     tree: Tree,
     waiting: Vec<Waiting<'a>>,
     placed: usize,
@@ -122,7 +122,7 @@ impl<'a, 's> Walker<'a, 's> {
     ///
     /// # Errors
     /// `BadInput` for whatever makes no tree of bodies on hinges and slides.
-    pub fn walk(sources: &'s [Source<'a>]) -> Check<Tree> {
+    pub fn walk(sources: &'s [MjcfTree<'a>]) -> Check<Tree> {
         let mut walker = Self { sources, tree: Tree::default(), waiting: Vec::new(), placed: 0 };
         let root = sources[0].root;
         let mut worlds = root.children_of("worldbody").peekable();
@@ -160,7 +160,7 @@ impl<'a, 's> Walker<'a, 's> {
     }
 
     /// Puts bodies in front of those that wait.
-    fn queue(&mut self, bodies: Vec<(&'a Element, Around<'a>)>, parent: usize, carriers: Carriers) {
+    fn queue(&mut self, bodies: Vec<(&'a MjcfElement, Around<'a>)>, parent: usize, carriers: Carriers) {
         let waiting = |(element, around)| Waiting { element, parent, around, carriers };
         self.waiting.extend(bodies.into_iter().rev().map(waiting));
     }
@@ -207,7 +207,7 @@ impl<'a, 's> Walker<'a, 's> {
             child: own,
             origin,
             axis: [0.0, 0.0, 1.0],
-            drive: Drive::default(),
+            drive: JointLimits::default(),
             mimic: None,
         });
         self.tree.sites.extend(contents.sites.into_iter().map(|(name, pose)| (name, own, pose)));
@@ -256,7 +256,7 @@ impl<'a, 's> Walker<'a, 's> {
     }
 
     /// The class that holds within `element`.
-    fn class(&self, element: &'a Element, around: &Around<'a>) -> Check<&'a str> {
+    fn class(&self, element: &'a MjcfElement, around: &Around<'a>) -> Check<&'a str> {
         match element.attribute("childclass") {
             Some(class) if !self.sources[around.source].classes.contains(class) => {
                 Err(element.error("a childclass of <default>", format!("\"{}\"", brief(class))))
@@ -268,8 +268,8 @@ impl<'a, 's> Walker<'a, 's> {
     /// Adds what stands in `element`, a body, frame or replica, and in the frames and replicas within it.
     fn collect(
         &mut self,
-        element: &'a Element,
-        entry: &'static Entry,
+        element: &'a MjcfElement,
+        entry: &'static MjcfEntry,
         around: &Around<'a>,
         contents: &mut Contents<'a>,
     ) -> Check<()> {
@@ -293,7 +293,7 @@ impl<'a, 's> Walker<'a, 's> {
     }
 
     /// Counts an element that is put somewhere.
-    fn count(&mut self, element: &Element) -> Check<()> {
+    fn count(&mut self, element: &MjcfElement) -> Check<()> {
         self.placed += 1;
         match self.placed > MAX_PLACED {
             true => Err(too_many(element)),
@@ -303,8 +303,8 @@ impl<'a, 's> Walker<'a, 's> {
 
     fn replicate(
         &mut self,
-        element: &'a Element,
-        entry: &'static Entry,
+        element: &'a MjcfElement,
+        entry: &'static MjcfEntry,
         around: &Around<'a>,
         contents: &mut Contents<'a>,
     ) -> Check<()> {
@@ -337,8 +337,8 @@ impl<'a, 's> Walker<'a, 's> {
     /// Puts a body of another document, or all that stands in its world, in a frame.
     fn attach(
         &mut self,
-        element: &'a Element,
-        entry: &'static Entry,
+        element: &'a MjcfElement,
+        entry: &'static MjcfEntry,
         around: &Around<'a>,
         contents: &mut Contents<'a>,
     ) -> Check<()> {
@@ -378,8 +378,8 @@ impl<'a, 's> Walker<'a, 's> {
     /// An element that is neither body nor frame.
     fn part(
         &mut self,
-        element: &'a Element,
-        entry: &'static Entry,
+        element: &'a MjcfElement,
+        entry: &'static MjcfEntry,
         around: &Around<'a>,
         contents: &mut Contents<'a>,
     ) -> Check<()> {
@@ -443,7 +443,7 @@ impl<'a, 's> Walker<'a, 's> {
             if let Some(plugin) = at.element.children.first() {
                 return Err(plugin.error("a geom without plugin, where it gives a body its mass", "one"));
             }
-            let Source { settings, assets, classes, .. } = &self.sources[around.source];
+            let MjcfTree { settings, assets, classes, .. } = &self.sources[around.source];
             if let Some(inertia) = geom::inertia(at, settings, (assets, classes), &around.pose)? {
                 whole = whole.plus(&inertia);
             }
@@ -469,12 +469,12 @@ impl<'a, 's> Walker<'a, 's> {
     }
 }
 
-fn too_many(element: &Element) -> BadInput {
+fn too_many(element: &MjcfElement) -> BadInput {
     element.error(&format!("at most {MAX_PLACED} elements, replicas counted"), "more")
 }
 
 /// A free joint, which is taken as fixed where the file places its body.
-fn floating(element: &Element) -> FreeJoint {
+fn floating(element: &MjcfElement) -> FreeJoint {
     FreeJoint {
         name: element.attribute("name").unwrap_or(&element.tag).to_owned(),
         place: element.place(),
@@ -483,7 +483,7 @@ fn floating(element: &Element) -> FreeJoint {
 }
 
 /// The body called `name` within `element`.
-fn find_body<'a>(element: &'a Element, name: &str) -> Option<&'a Element> {
+fn find_body<'a>(element: &'a MjcfElement, name: &str) -> Option<&'a MjcfElement> {
     element.children.iter().find_map(|inner| match &*inner.tag {
         "body" if inner.attribute("name") == Some(name) => Some(inner),
         "body" | "frame" => find_body(inner, name),

@@ -16,7 +16,7 @@ use hysteron_base::plausible_range::ANGLE;
 
 use super::Model;
 use super::build::{check_inertia, unit};
-use super::description::{Description, Drive, FreeJoint, JointDescription, JointKind, Link, Mimic};
+use super::description::{Description, FreeJoint, JointDescription, JointKind, JointLimits, Link, Mimic};
 use super::edit::limits_in_degrees;
 use super::xml::{Check, Element};
 use crate::spatial::{Inertia, Pose, Vec3};
@@ -157,7 +157,7 @@ fn joint(element: &Element, links: &BTreeMap<&str, usize>) -> Check<(JointDescri
         Type::Moves(kind) => Some(kind),
         Type::Turns => Some(JointKind::Revolute),
     };
-    let (mut drive, mut mimic, mut axis) = (Drive::default(), None, [1.0, 0.0, 0.0]);
+    let (mut drive, mut mimic, mut axis) = (JointLimits::default(), None, [1.0, 0.0, 0.0]);
     if kind.is_some() {
         axis = unit_axis(element)?;
         drive = limits(element, matches!(of, Type::Turns))?;
@@ -187,10 +187,10 @@ fn unit_axis(element: &Element) -> Check<Vec3<f64>> {
     unit(axis).ok_or_else(|| own.error("an axis longer than zero", format!("{axis:?}")))
 }
 
-fn limits(element: &Element, turns: bool) -> Check<Drive> {
+fn limits(element: &Element, turns: bool) -> Check<JointLimits> {
     let Some(limit) = element.child("limit")? else {
         return if turns {
-            Ok(Drive::default())
+            Ok(JointLimits::default())
         } else {
             Err(element
                 .error("a <limit> with lower, upper, effort and velocity", "none")
@@ -207,10 +207,10 @@ fn limits(element: &Element, turns: bool) -> Check<Drive> {
         }
         Some([lower, upper])
     };
-    Ok(Drive {
+    Ok(JointLimits {
         range,
         speed_limit: limit.not_negative("velocity")?,
         effort_limit: limit.not_negative("effort")?,
-        ..Drive::default()
+        ..JointLimits::default()
     })
 }

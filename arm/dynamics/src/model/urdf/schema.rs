@@ -9,29 +9,29 @@ use std::collections::BTreeSet;
 use super::super::xml::{Check, Element};
 
 /// An element that is read.
-pub(super) struct Entry {
+pub(super) struct UrdfEntry {
     pub tag: &'static str,
     /// Attributes that are read.
     pub attributes: &'static [&'static str],
     /// Attributes that change nothing that is computed.
     pub silent_attributes: &'static [&'static str],
     /// Elements within it that are read.
-    pub children: &'static [Entry],
+    pub children: &'static [UrdfEntry],
     /// Elements within it that change nothing that is computed, with all that they hold.
     pub silent_children: &'static [&'static str],
 }
 
-const fn leaf(tag: &'static str, attributes: &'static [&'static str]) -> Entry {
-    Entry { tag, attributes, silent_attributes: &[], children: &[], silent_children: &[] }
+const fn leaf(tag: &'static str, attributes: &'static [&'static str]) -> UrdfEntry {
+    UrdfEntry { tag, attributes, silent_attributes: &[], children: &[], silent_children: &[] }
 }
 
-const ORIGIN: Entry = leaf("origin", &["xyz", "rpy"]);
+const ORIGIN: UrdfEntry = leaf("origin", &["xyz", "rpy"]);
 
-const LINK: Entry = Entry {
+const LINK: UrdfEntry = UrdfEntry {
     tag: "link",
     attributes: &["name"],
     silent_attributes: &["type"],
-    children: &[Entry {
+    children: &[UrdfEntry {
         tag: "inertial",
         attributes: &[],
         silent_attributes: &[],
@@ -55,7 +55,7 @@ const LINK: Entry = Entry {
     ],
 };
 
-const JOINT: Entry = Entry {
+const JOINT: UrdfEntry = UrdfEntry {
     tag: "joint",
     attributes: &["name", "type"],
     silent_attributes: &["dont_collapse"],
@@ -72,7 +72,7 @@ const JOINT: Entry = Entry {
 };
 
 /// The whole language.
-pub(super) const ROBOT: Entry = Entry {
+pub(super) const ROBOT: UrdfEntry = UrdfEntry {
     tag: "robot",
     attributes: &["name"],
     silent_attributes: &["version", "schemaLocation"],
@@ -97,18 +97,18 @@ const UNPREFIXED: [&str; 5] = ["include", "macro", "property", "if", "unless"];
 /// # Errors
 /// `BadInput` for what is spelled almost like something that is read.
 pub(super) fn unknown(robot: &Element) -> Check<Vec<String>> {
-    let mut told = Told { seen: BTreeSet::new(), sentences: Vec::new() };
+    let mut told = UnknownParts { seen: BTreeSet::new(), sentences: Vec::new() };
     told.element(robot, &ROBOT)?;
     Ok(told.sentences)
 }
 
-struct Told {
+struct UnknownParts {
     seen: BTreeSet<(&'static str, String)>,
     sentences: Vec<String>,
 }
 
-impl Told {
-    fn element(&mut self, element: &Element, entry: &'static Entry) -> Check<()> {
+impl UnknownParts {
+    fn element(&mut self, element: &Element, entry: &'static UrdfEntry) -> Check<()> {
         for (name, _) in element.attributes() {
             if entry.attributes.contains(&&**name) || entry.silent_attributes.contains(&&**name) {
                 continue;
@@ -181,7 +181,7 @@ pub(super) fn table() -> String {
     rows
 }
 
-fn add_rows(entry: &Entry, outer: &str, rows: &mut String) {
+fn add_rows(entry: &UrdfEntry, outer: &str, rows: &mut String) {
     let path = if outer.is_empty() { entry.tag.to_owned() } else { format!("{outer}/{}", entry.tag) };
     let read: Vec<String> = entry.attributes.iter().map(|name| format!("`{name}`")).collect();
     let silent = entry.silent_attributes.iter().map(|name| format!("`{name}`"));

@@ -20,7 +20,7 @@ use hysteron_base::{BadInput, file};
 
 use super::Arguments;
 use super::xml::{Check, Element, elements};
-use scopes::{Macro, Parameter, Property, Scopes, Strictness};
+use scopes::{Macro, MacroParameter, Property, Scopes, Strictness};
 use value::Value;
 
 /// Bytes that are evaluated, elements and scopes included.
@@ -350,7 +350,7 @@ impl Expander<'_> {
     }
 
     /// Default value of a parameter that the caller does not give.
-    fn default(&mut self, element: &Element, parameter: &Parameter) -> Check<Value> {
+    fn default(&mut self, element: &Element, parameter: &MacroParameter) -> Check<Value> {
         if parameter.forwards {
             match self.scopes.property(&parameter.name) {
                 Ok(Some(value)) => return Ok(value),
@@ -369,7 +369,7 @@ impl Expander<'_> {
 }
 
 /// `a b:=1 c:=^|2 *d **e`: names between spaces, with what follows `:=` or `=`.
-fn parameters(text: &str) -> Vec<Parameter> {
+fn parameters(text: &str) -> Vec<MacroParameter> {
     let mut found = Vec::new();
     let mut rest = text.trim_start();
     while !rest.is_empty() {
@@ -392,7 +392,7 @@ fn parameters(text: &str) -> Vec<Parameter> {
             value = Some(after[..length].to_owned()).filter(|text| !(text.is_empty() && forwards));
             rest = &after[length..];
         }
-        found.push(Parameter { name, forwards, default: value });
+        found.push(MacroParameter { name, forwards, default: value });
         rest = rest.trim_start();
     }
     found

@@ -24,13 +24,13 @@ pub(super) enum Property {
 /// Parameters of a macro in their order, with `*` or `**` before those that are elements, and its elements.
 #[derive(Debug)]
 pub(super) struct Macro {
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<MacroParameter>,
     pub body: Element,
 }
 
 /// A parameter of a macro.
 #[derive(Debug)]
-pub(super) struct Parameter {
+pub(super) struct MacroParameter {
     pub name: String,
     /// Takes the value of the caller's property of that name.
     pub forwards: bool,

@@ -101,7 +101,7 @@ fn disturbance_observer_converges_as_its_gain_says() {
     let (period, mut out) = (1e-3, vec![0.0; n]);
     let first = eigen.eigenvectors.transpose() * DMatrix::from_column_slice(n, 1, &external);
     for k in 0..200 {
-        let sample = Sample { period, position: &q, velocity: &[0.0; 3], torque: &torque };
+        let sample = ArmSample { period, position: &q, velocity: &[0.0; 3], torque: &torque };
         observer.update(&sample, &mut out);
         let left = DMatrix::from_fn(n, 1, |i, _| {
             first[i] * (1.0 + period * gain.y[0] / eigen.eigenvalues[i]).powi(-k)
@@ -227,7 +227,7 @@ fn kalman_observer_states_its_own_error() {
                 gravity[j] - 0.5 * (before + truth[j]) + noise.torque / period.sqrt() * normal()
             })
             .collect();
-        let sample = Sample { period, position: &q, velocity: dq.as_slice(), torque: &torque };
+        let sample = ArmSample { period, position: &q, velocity: dq.as_slice(), torque: &torque };
         observer.update(&sample, &mut out);
         if k > 500 {
             for j in 0..n {

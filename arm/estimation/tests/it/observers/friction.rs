@@ -30,7 +30,7 @@ fn a_loaded_arm_at_rest_shows_no_contact_where_friction_holds_it() {
     let body = || RigidBody::new(&model);
     let gain = ObserverGain::for_bandwidth(30.0, &[2.0; 3], 2.0, 0.0).unwrap();
     let mut observers: [Box<dyn Observer>; 3] = [
-        Box::new(Balance::new(body(), friction(), Terms::GravityAndFriction)),
+        Box::new(StaticResidual::new(body(), friction(), Terms::GravityAndFriction)),
         Box::new(MomentumObserver::new(body(), friction(), &[30.0; 3])),
         Box::new(DisturbanceObserver::new(body(), friction(), &gain)),
     ];
@@ -40,7 +40,8 @@ fn a_loaded_arm_at_rest_shows_no_contact_where_friction_holds_it() {
         simulator.step([&mut q, &mut dq], &torque, &[]);
         assert_eq!(dq, [0.0; 3], "friction holds");
         for observer in &mut observers {
-            observer.update(&Sample { period: 2e-3, position: &q, velocity: &dq, torque: &torque }, &mut out);
+            observer
+                .update(&ArmSample { period: 2e-3, position: &q, velocity: &dq, torque: &torque }, &mut out);
             assert!(out.iter().all(|x| x.abs() < 1e-12), "{out:?}");
         }
     }
@@ -101,7 +102,7 @@ fn load_dependent_friction_on_the_torque_of_a_known_pwm_gives_the_contact_back()
                 motor.at(&DriveReading { current: f64::NAN, voltage: 12.0, pwm, velocity: speed[j] })
             })
             .collect();
-        observer.update(&Sample { period, position: &q, velocity: &speed, torque: &torque }, &mut out);
+        observer.update(&ArmSample { period, position: &q, velocity: &speed, torque: &torque }, &mut out);
     }
     for j in 0..n {
         assert!((out[j] - contact[j]).abs() < 5e-3, "{out:?}");
@@ -133,7 +134,7 @@ fn friction_that_absorbs_feels_the_load_under_which_an_arm_came_to_rest() {
             torque[0] += 1.5 + more;
             let mut dq = vec![0.0; n];
             dq[0] = speed;
-            let sample = Sample { period: 2e-3, position: &q, velocity: &dq, torque: &torque };
+            let sample = ArmSample { period: 2e-3, position: &q, velocity: &dq, torque: &torque };
             observer.update(&sample, &mut out);
             felt.push(out[0]);
         }

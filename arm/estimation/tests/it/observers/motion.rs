@@ -1,7 +1,7 @@
 //! Motions in closed form with the torques that they need.
 
 use hysteron_arm_dynamics::{Data, Model, inverse_dynamics};
-use hysteron_arm_estimation::observer::{Observer, Sample};
+use hysteron_arm_estimation::observer::{ArmSample, Observer};
 
 /// The Panda without its fingers: seven joints.
 pub fn panda() -> Model {
@@ -57,7 +57,7 @@ pub fn run(
             let t = k as f64 * period;
             let [q, dq, _] = sines(n, t);
             let tau = mean_torque(model, [t - period, t], external);
-            observer.update(&Sample { period, position: &q, velocity: &dq, torque: &tau }, &mut out);
+            observer.update(&ArmSample { period, position: &q, velocity: &dq, torque: &tau }, &mut out);
             out.clone()
         })
         .collect()

@@ -16,15 +16,15 @@ fn every(model: &Model) -> Vec<Box<dyn Observer + '_>> {
     let smoothing = LowPass::new(5, 30.0, 1000.0).unwrap();
     let gain = ObserverGain::for_bandwidth(20.0, &vec![3.0; n], 3.0, 2.0).unwrap();
     vec![
-        Box::new(Balance::new(body(), friction(), Terms::Torque)),
-        Box::new(Balance::new(body(), friction(), Terms::Gravity)),
-        Box::new(Balance::new(body(), friction(), Terms::GravityAndFriction)),
+        Box::new(StaticResidual::new(body(), friction(), Terms::Torque)),
+        Box::new(StaticResidual::new(body(), friction(), Terms::Gravity)),
+        Box::new(StaticResidual::new(body(), friction(), Terms::GravityAndFriction)),
         Box::new(MomentumObserver::new(body(), friction(), &vec![30.0; n])),
         Box::new(KalmanObserver::new(body(), friction(), &vec![noise; n])),
         Box::new(SlidingModeObserver::new(body(), friction(), &vec![30.0; n])),
         Box::new(DisturbanceObserver::new(body(), friction(), &gain)),
-        Box::new(InverseDynamics::new(body(), friction(), smoothing.clone())),
-        Box::new(InverseDynamics::new(body(), friction(), smoothing).at_bandwidth(&vec![30.0; n])),
+        Box::new(FilteredInverseDynamics::new(body(), friction(), smoothing.clone())),
+        Box::new(FilteredInverseDynamics::new(body(), friction(), smoothing).at_bandwidth(&vec![30.0; n])),
     ]
 }
 
@@ -55,8 +55,10 @@ fn streaming_equals_offline_and_a_reset_forgets() {
         for (k, period) in periods.iter().enumerate() {
             let row = n * k..n * (k + 1);
             let (position, velocity) = (&q[row.clone()], &dq[row.clone()]);
-            observer
-                .update(&Sample { period: *period, position, velocity, torque: &tau[row.clone()] }, &mut out);
+            observer.update(
+                &ArmSample { period: *period, position, velocity, torque: &tau[row.clone()] },
+                &mut out,
+            );
             assert_eq!(out, offline[row], "{which}, sample {k}");
         }
     }
@@ -67,14 +69,16 @@ fn no_estimator_allocates() {
     let model = panda();
     let n = model.n_joints();
     let (periods, [q, dq, tau]) = recording(&model);
-    let mut tip = TipForce::new(&model, model.frames().len() - 1, &[0.2; 7], Belief::Force(20.0));
+    let mut tip =
+        TipForceEstimator::new(&model, model.frames().len() - 1, &[0.2; 7], ContactPrior::Force(20.0));
     for (which, mut observer) in every(&model).into_iter().enumerate() {
         let mut out = vec![0.0; n];
         let counted = allocation_counter::measure(|| {
             for (k, period) in periods.iter().enumerate() {
                 let row = n * k..n * (k + 1);
                 let (position, velocity) = (&q[row.clone()], &dq[row.clone()]);
-                observer.update(&Sample { period: *period, position, velocity, torque: &tau[row] }, &mut out);
+                observer
+                    .update(&ArmSample { period: *period, position, velocity, torque: &tau[row] }, &mut out);
                 tip.update(position, &out);
             }
         });

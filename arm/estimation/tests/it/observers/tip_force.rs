@@ -1,7 +1,7 @@
 //! Forces at a frame from torques of joints.
 
 use hysteron_arm_dynamics::*;
-use hysteron_arm_estimation::observer::{Belief, TipForce};
+use hysteron_arm_estimation::observer::{ContactPrior, TipForceEstimator};
 use nalgebra::DMatrix;
 
 use super::motion::panda;
@@ -25,12 +25,13 @@ fn force_comes_back_where_the_arm_can_feel_it() {
     let q = [0.2, -0.5, 0.3, -1.9, 0.4, 1.6, 0.5];
     let force = [4.0, -7.0, 11.0];
     let torque = torques_of(&model, &q, force, frame);
-    let mut tip = TipForce::new(&model, frame, &[1e-3; 7], Belief::Force(1e3));
+    let mut tip = TipForceEstimator::new(&model, frame, &[1e-3; 7], ContactPrior::Force(1e3));
     tip.update(&q, &torque);
     for (a, b) in tip.force.iter().zip(force) {
         assert!((a - b).abs() < 1e-6, "{:?}", tip.force);
     }
-    let mut tip = TipForce::new(&model, frame, &[1e-3; 7], Belief::Wrench { force: 1e3, torque: 1e3 });
+    let mut tip =
+        TipForceEstimator::new(&model, frame, &[1e-3; 7], ContactPrior::Wrench { force: 1e3, torque: 1e3 });
     tip.update(&q, &torque);
     for (a, b) in tip.force.iter().zip([4.0, -7.0, 11.0, 0.0, 0.0, 0.0]) {
         assert!((a - b).abs() < 1e-5, "{:?}", tip.force);
@@ -42,7 +43,7 @@ fn a_singular_arm_says_that_it_does_not_know() {
     // The SCARA stretched out feels nothing along itself, nor out of its plane.
     let model = Model::builtin("scara").unwrap();
     let frame = model.frame("tip").unwrap();
-    let mut tip = TipForce::new(&model, frame, &[0.1, 0.1], Belief::Force(50.0));
+    let mut tip = TipForceEstimator::new(&model, frame, &[0.1, 0.1], ContactPrior::Force(50.0));
     let torque = torques_of(&model, &[0.0, 0.0], [30.0, 5.0, 8.0], frame);
     tip.update(&[0.0, 0.0], &torque);
     assert!(tip.force[0].abs() < 1e-9 && tip.force[2].abs() < 1e-9, "{:?}", tip.force);
@@ -61,7 +62,8 @@ fn stated_covariance_is_that_of_the_errors() {
     let frame = model.frames().len() - 1;
     let q = [0.2, -0.5, 0.3, -1.9, 0.4, 1.6, 0.5];
     let (torque_deviation, force_deviation) = (0.3, 5.0);
-    let mut tip = TipForce::new(&model, frame, &[torque_deviation; 7], Belief::Force(force_deviation));
+    let mut tip =
+        TipForceEstimator::new(&model, frame, &[torque_deviation; 7], ContactPrior::Force(force_deviation));
     let mut random = hysteron_base::rng(3, "tip");
     let mut normal = || hysteron_base::normal(&mut random);
     let (mut sum, n) = (0.0, 4000);

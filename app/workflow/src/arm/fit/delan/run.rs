@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use hysteron_arm_learning::lagrangian::{
-    InputForm, LearnedDynamics, NetworkShape, Samples, Scales, TrainingOptions, samples_of, train,
+    ArmSamples, InputForm, LearnedDynamics, NetworkShape, Scales, TrainingOptions, samples_of, train,
 };
 use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Recording, json};
@@ -107,8 +107,8 @@ fn judged(error: f64, n: usize) -> Verdict {
 }
 
 /// Samples of all recordings; a single one counts as several.
-fn read(paths: &[PathBuf], cutoff: f64) -> anyhow::Result<Samples> {
-    let mut all: Option<Samples> = None;
+fn read(paths: &[PathBuf], cutoff: f64) -> anyhow::Result<ArmSamples> {
+    let mut all: Option<ArmSamples> = None;
     for path in paths {
         let found = samples_of(&Recording::read(path)?, cutoff).map_err(|bad| bad.within(path.display()))?;
         match &mut all {

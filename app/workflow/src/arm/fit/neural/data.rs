@@ -1,17 +1,17 @@
 //! Training data of an actuator: the features of the recordings, and their labels in words.
 
-use hysteron_arm_estimation::Recorded;
-use hysteron_arm_learning::neural::{Features, Trajectory, gripper_of};
+use hysteron_arm_estimation::ArmRecording;
+use hysteron_arm_learning::neural::{FeatureLayout, Trajectory, gripper_of};
 use hysteron_base::{BadInput, Recording};
 
 use crate::Context;
 use crate::arm::recordings::Named;
 
 /// Features common to all recordings: motors, and a gripper as the last of them where its aperture is known.
-pub(super) fn features_of(named: &[Named]) -> anyhow::Result<Features> {
+pub(super) fn features_of(named: &[Named]) -> anyhow::Result<FeatureLayout> {
     let motors = |one: &Named| -> anyhow::Result<usize> {
         let within = |bad: BadInput| bad.within(one.path.display());
-        Ok(Recorded::of(&one.recording).map_err(within)?.joints.len())
+        Ok(ArmRecording::of(&one.recording).map_err(within)?.joints.len())
     };
     let all: Vec<&Recording> = named.iter().map(|one| &one.recording).collect();
     let m = motors(&named[0])?;
@@ -22,7 +22,7 @@ pub(super) fn features_of(named: &[Named]) -> anyhow::Result<Features> {
             BadInput::new("recordings", "joints beside the gripper's motor", "that motor alone").into()
         );
     }
-    Ok(Features { joints: m - usize::from(gripper.is_some()), gripper })
+    Ok(FeatureLayout { joints: m - usize::from(gripper.is_some()), gripper })
 }
 
 /// Names of the recordings with their lengths, which identify a training.

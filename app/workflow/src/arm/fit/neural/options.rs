@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use hysteron_actuator::CatalogueDrive;
 use hysteron_arm_learning::neural::{
-    ActuatorOptions, LossWeights, Motors, NeuralOptions, Prior, SensingOptions,
+    ActuatorOptions, LossWeights, MotorModelKind, Motors, NeuralOptions, SensingOptions,
 };
 use hysteron_base::BadInput;
 use hysteron_learn::{BlockKind, TemporalForm};
@@ -49,7 +49,7 @@ pub struct Options {
     /// Model that moves the simulated motors next to the network: none (as published), servo (stiffness, friction and damping
     /// identified by rollout, to whose torque the network's is added), or drive (that of --drive, likewise)
     #[cfg_attr(feature = "clap", arg(long, value_name = "PRIOR", default_value = "none", value_parser = prior))]
-    pub prior: Prior,
+    pub prior: MotorModelKind,
     /// Drive of every motor for --prior drive, with its heat and its limits of voltage and current: a name, or a file of arm identify
     /// servo --drive-out; recordings must say their position_gain
     #[cfg_attr(feature = "clap", arg(long, value_name = "DRIVE"))]
@@ -112,11 +112,11 @@ pub struct Options {
 ///
 /// # Errors
 /// For another name.
-pub fn prior(text: &str) -> Result<Prior, String> {
+pub fn prior(text: &str) -> Result<MotorModelKind, String> {
     match text {
-        "none" => Ok(Prior::None),
-        "servo" => Ok(Prior::Servo),
-        "drive" => Ok(Prior::Drive),
+        "none" => Ok(MotorModelKind::None),
+        "servo" => Ok(MotorModelKind::Servo),
+        "drive" => Ok(MotorModelKind::Drive),
         _ => Err("none, servo or drive".to_owned()),
     }
 }
@@ -174,7 +174,7 @@ impl Options {
     /// # Errors
     /// `BadInput` for a drive without the prior that it is for, or that prior without a drive.
     pub(super) fn actuator(&self, drive: Option<CatalogueDrive>) -> Result<ActuatorOptions, BadInput> {
-        if drive.is_some() != (self.prior == Prior::Drive) {
+        if drive.is_some() != (self.prior == MotorModelKind::Drive) {
             let (expected, found) = match drive {
                 Some(_) => ("--prior drive beside it", "another prior"),
                 None => ("a name or a file, for --prior drive", "none"),
@@ -225,8 +225,8 @@ impl Options {
                 condition: of_labels * LossWeights::PUBLISHED.condition,
                 contact: self.contact_n,
                 position_bend: match self.prior {
-                    Prior::None => LossWeights::PUBLISHED.position_bend,
-                    Prior::Servo | Prior::Drive => LossWeights::SERVO_BEND,
+                    MotorModelKind::None => LossWeights::PUBLISHED.position_bend,
+                    MotorModelKind::Servo | MotorModelKind::Drive => LossWeights::SERVO_BEND,
                 },
                 ..LossWeights::PUBLISHED
             },

@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use hysteron_arm_learning::neural::{
-    ActuatorDetails, ActuatorOptions, ActuatorSession, Features, NeuralActuator, Stage, Trajectory,
-    fit_actuator,
+    ActuatorDetails, ActuatorOptions, ActuatorSession, FeatureLayout, NeuralActuator, TrainingStage,
+    Trajectory, fit_actuator,
 };
 use hysteron_base::checks::Purpose;
 use hysteron_learn::TrainingProgress;
@@ -102,7 +102,7 @@ fn print_result((error_deg, sensing_loss): (f64, Option<f64>), rate: f64, contex
 }
 
 /// Whether the actuator moves the arm as measured: error of the joints in rollouts on what was not trained on [deg].
-fn judged(error: f64, validation: &[Trajectory], features: &Features) -> Verdict {
+fn judged(error: f64, validation: &[Trajectory], features: &FeatureLayout) -> Verdict {
     let (n, width) = (features.joints, 2 * (features.joints + usize::from(features.gripper.is_some())));
     let squares = |j: usize| {
         let rows = validation.iter().flat_map(|one| one.states.chunks_exact(width));
@@ -126,11 +126,13 @@ struct Bars<'a> {
 }
 
 impl Bars<'_> {
-    fn show(&mut self, stage: Stage, p: &TrainingProgress) -> bool {
+    fn show(&mut self, stage: TrainingStage, p: &TrainingProgress) -> bool {
         let Self { context, options, bars } = self;
         let trained = &options.training;
         let (k, title, of, epoch) = match (stage, &options.sensing) {
-            (Stage::Sensing, Some(own)) => (1, "updates of force and condition", own.updates, own.epoch),
+            (TrainingStage::Sensing, Some(own)) => {
+                (1, "updates of force and condition", own.updates, own.epoch)
+            }
             _ => (0, "updates", trained.warm_start + trained.updates, trained.epoch),
         };
         let bar = bars[k].get_or_insert_with(|| context.progress(title, of as usize, 0));
@@ -138,7 +140,7 @@ impl Bars<'_> {
             TrainingProgress::Step { epoch: done_epochs, done, .. } => {
                 bar.set_position(*done_epochs as u64 * epoch + *done as u64)
             }
-            TrainingProgress::Epoch(own) if stage == Stage::Loop => {
+            TrainingProgress::Epoch(own) if stage == TrainingStage::Loop => {
                 bar.set_message(format!("joints {:.3}° in validation, best {:.3}°", own.validation, own.best))
             }
             TrainingProgress::Epoch(own) => {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hysteron_actuator::identify::{FrictionFit, FrictionMethod, identify_friction, identify_friction_by};
 use hysteron_actuator::law::{JointFriction, Law, Sliding};
-use hysteron_arm_estimation::{Quantity, Recorded};
+use hysteron_arm_estimation::{ArmRecording, JointQuantityKind};
 use hysteron_base::BadInput;
 use hysteron_fit::{Identifiability, folds};
 use hysteron_report::folder::ReportFolder;
@@ -179,7 +179,7 @@ const ONE_SIDED: f64 = 0.05;
 fn of_joint(path: &Path, joint: usize) -> anyhow::Result<Series> {
     let recording = read(path)?;
     let within = |bad: BadInput| bad.within(path.display());
-    let recorded = Recorded::of(&recording).map_err(within)?;
+    let recorded = ArmRecording::of(&recording).map_err(within)?;
     let column = |quantity| -> Result<Vec<f64>, BadInput> {
         let columns = recorded.require(quantity)?;
         let column = columns
@@ -190,8 +190,8 @@ fn of_joint(path: &Path, joint: usize) -> anyhow::Result<Series> {
         Ok(measured.map(|(x, _)| *x).collect())
     };
     Ok(Series {
-        velocity: column(Quantity::Velocity).map_err(within)?,
-        torque: column(Quantity::Torque).map_err(within)?,
+        velocity: column(JointQuantityKind::Velocity).map_err(within)?,
+        torque: column(JointQuantityKind::Torque).map_err(within)?,
     })
 }
 

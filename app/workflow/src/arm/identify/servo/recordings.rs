@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_actuator::identify::{Pendulum, PendulumRun};
-use hysteron_arm_estimation::{POSITION_GAIN, Quantity, Recorded};
+use hysteron_arm_estimation::{ArmRecording, JointQuantityKind, POSITION_GAIN};
 use hysteron_base::{BadInput, Recording};
 
 use super::Options;
@@ -27,7 +27,7 @@ pub(super) fn run_of(path: &Path, options: &Options) -> anyhow::Result<Run> {
 }
 
 fn of_recording(recording: &Recording, options: &Options, name: String) -> Result<Run, BadInput> {
-    let recorded = Recorded::of(recording)?;
+    let recorded = ArmRecording::of(recording)?;
     if recorded.joints.len() != 1 {
         return Err(BadInput::new("recording", "one joint", recorded.joints.len().to_string()));
     }
@@ -48,10 +48,10 @@ fn of_recording(recording: &Recording, options: &Options, name: String) -> Resul
         // Messages name the file anyway.
         name: "recording".into(),
         time: recorded.time.to_vec(),
-        goal: need(Quantity::Goal)?,
-        position: need(Quantity::Position)?,
+        goal: need(JointQuantityKind::Goal)?,
+        position: need(JointQuantityKind::Position)?,
         torque_on,
-        temperature: first(Quantity::Temperature).unwrap_or(ROOM),
+        temperature: first(JointQuantityKind::Temperature).unwrap_or(ROOM),
         gain: noted(POSITION_GAIN, "--gain", options.gain)?,
         pendulum: Pendulum {
             mass: noted("mass_kg", "--mass-kg", options.mass_kg)?,
@@ -59,7 +59,7 @@ fn of_recording(recording: &Recording, options: &Options, name: String) -> Resul
             offset: 0.0,
         },
     };
-    Ok(Run { run: PendulumRun { name, ..run.checked()? }, voltage: first(Quantity::Voltage) })
+    Ok(Run { run: PendulumRun { name, ..run.checked()? }, voltage: first(JointQuantityKind::Voltage) })
 }
 
 /// Where the recording does not say how warm the servo is [°C].

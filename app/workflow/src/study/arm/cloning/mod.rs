@@ -6,7 +6,7 @@
 pub mod score;
 
 use hysteron_arm_dynamics::Model;
-use hysteron_arm_learning::neural::{Estimator, NeuralActuator, ServoTelemetry};
+use hysteron_arm_learning::neural::{LiveEstimator, NeuralActuator, ServoTelemetry};
 use hysteron_base::{BadInput, json, rng};
 use hysteron_learn::{
     Activation, Adam, ByParameters, Decay, Mlp, MlpTape, Objective, Schedule, TrainingSession, minimise,
@@ -163,12 +163,12 @@ fn led(planned: &[f64; N_SERVOS], lead: &[f64]) -> [f64; N_SERVOS] {
 
 /// Everything that a policy may observe, in SI.
 struct Senses<'m> {
-    estimator: Option<Estimator<'m>>,
+    estimator: Option<LiveEstimator<'m>>,
     last: Option<[f64; N_SERVOS]>,
 }
 
 impl<'m> Senses<'m> {
-    fn new(estimator: Option<&Estimator<'m>>) -> Self {
+    fn new(estimator: Option<&LiveEstimator<'m>>) -> Self {
         Self { estimator: estimator.cloned(), last: None }
     }
 
@@ -296,7 +296,7 @@ impl Objective<f32> for Imitation<'_> {
 /// Setting of the study, and its size.
 struct Study<'a> {
     arm: VirtualArm,
-    estimator: Option<Estimator<'a>>,
+    estimator: Option<LiveEstimator<'a>>,
     demonstrations: [usize; 2],
     trials: usize,
     seeds: u64,
@@ -309,7 +309,7 @@ pub(super) fn run(options: &Options, context: &Context) -> anyhow::Result<Option
     let observed = actuator.as_ref().map(|actuator| actuator.observed_arm(&model)).transpose()?;
     let estimator = match (&actuator, &observed, &options.actuator) {
         (Some(actuator), Some(model), Some(path)) => {
-            Some(Estimator::new(actuator, model).map_err(|bad| bad.within(path.display()))?)
+            Some(LiveEstimator::new(actuator, model).map_err(|bad| bad.within(path.display()))?)
         }
         _ => None,
     };

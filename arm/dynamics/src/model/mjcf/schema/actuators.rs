@@ -1,6 +1,6 @@
 //! The part of the table for actuators.
 
-use super::Entry;
+use super::MjcfEntry;
 use super::Use::{Only, Read, Without};
 
 const NAMES: &str = "names and numbers of the user's own";
@@ -8,9 +8,9 @@ const ACTUATOR: &str = "joints are driven by torques, not by MuJoCo's actuators"
 const ACTUATOR_INERTIA: &str =
     "what an actuator adds to its joint is read from the joint alone: set armature and damping of the joint";
 
-pub(super) const ENTRIES: &[Entry] = &[
-    Entry { id: "actuator", tag: "actuator", within: "mujoco", role: Read, attributes: &[] },
-    Entry {
+pub(super) const ENTRIES: &[MjcfEntry] = &[
+    MjcfEntry { id: "actuator", tag: "actuator", within: "mujoco", role: Read, attributes: &[] },
+    MjcfEntry {
         id: "actuator/general",
         tag: "general",
         within: "actuator default",
@@ -28,7 +28,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(NAMES), "group name user"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "actuator/motor",
         tag: "motor",
         within: "actuator default",
@@ -44,7 +44,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(NAMES), "group name user"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "actuator/position",
         tag: "position",
         within: "actuator default",
@@ -61,7 +61,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(NAMES), "group name user"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "actuator/velocity",
         tag: "velocity",
         within: "actuator default",
@@ -77,7 +77,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(NAMES), "group name user"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "actuator/intvelocity",
         tag: "intvelocity",
         within: "actuator default",
@@ -94,7 +94,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(NAMES), "group name user"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "actuator/orientation",
         tag: "orientation",
         within: "actuator default",
@@ -109,7 +109,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(NAMES), "group name user"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "actuator/pid",
         tag: "pid",
         within: "actuator default",
@@ -126,7 +126,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(NAMES), "group name user"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "actuator/damper",
         tag: "damper",
         within: "actuator default",
@@ -142,7 +142,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(NAMES), "group name user"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "actuator/cylinder",
         tag: "cylinder",
         within: "actuator default",
@@ -159,7 +159,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(NAMES), "group name user"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "actuator/muscle",
         tag: "muscle",
         within: "actuator default",
@@ -176,7 +176,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(NAMES), "group name user"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "actuator/adhesion",
         tag: "adhesion",
         within: "actuator default",
@@ -187,7 +187,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(NAMES), "group name user"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "actuator/dcmotor",
         tag: "dcmotor",
         within: "actuator default",
@@ -204,7 +204,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(NAMES), "group name user"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "actuator/plugin",
         tag: "plugin",
         within: "actuator",

@@ -16,7 +16,7 @@ use std::fmt::Write;
 use std::sync::LazyLock;
 
 use super::super::xml::Check;
-use super::element::{Element, brief};
+use super::element::{MjcfElement, brief};
 
 /// Treatment of an element or attribute by the reader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -35,7 +35,7 @@ use Use::{Only, Read, Refused, Without};
 
 /// An element of the schema.
 #[derive(Debug)]
-pub(super) struct Entry {
+pub(super) struct MjcfEntry {
     /// Unique; what children name in `within`.
     pub id: &'static str,
     pub tag: &'static str,
@@ -46,7 +46,7 @@ pub(super) struct Entry {
     attributes: &'static [(Use, &'static str)],
 }
 
-impl Entry {
+impl MjcfEntry {
     /// Names of its attributes, and what each is.
     pub fn attributes(&self) -> impl Iterator<Item = (&'static str, Use)> {
         self.attributes.iter().flat_map(|(what, names)| names.split_whitespace().map(|name| (name, *what)))
@@ -55,7 +55,7 @@ impl Entry {
 
 /// Children by parent and tag, and attributes by element and name.
 struct Index {
-    children: BTreeMap<(&'static str, &'static str), &'static Entry>,
+    children: BTreeMap<(&'static str, &'static str), &'static MjcfEntry>,
     attributes: BTreeMap<(&'static str, &'static str), Use>,
 }
 
@@ -68,22 +68,22 @@ static INDEX: LazyLock<Index> = LazyLock::new(|| {
     index
 });
 
-fn entries() -> impl Iterator<Item = &'static Entry> {
+fn entries() -> impl Iterator<Item = &'static MjcfEntry> {
     robot::ENTRIES.iter().chain(actuators::ENTRIES).chain(scene::ENTRIES).chain(sensors::ENTRIES)
 }
 
 /// The entry of the root.
-pub(super) fn root() -> &'static Entry {
+pub(super) fn root() -> &'static MjcfEntry {
     &robot::ENTRIES[0]
 }
 
 /// The entry of an element called `tag` within one of `parent`.
-pub(super) fn child(parent: &Entry, tag: &str) -> Option<&'static Entry> {
+pub(super) fn child(parent: &MjcfEntry, tag: &str) -> Option<&'static MjcfEntry> {
     INDEX.children.get(&(parent.id, tag)).copied()
 }
 
 /// Treatment of the attribute `name` of `entry`; `None` where it has none of that name.
-pub(super) fn attribute(entry: &Entry, name: &str) -> Option<Use> {
+pub(super) fn attribute(entry: &MjcfEntry, name: &str) -> Option<Use> {
     INDEX.attributes.get(&(entry.id, name)).copied()
 }
 
@@ -92,7 +92,7 @@ pub(super) fn attribute(entry: &Entry, name: &str) -> Option<Use> {
 ///
 /// # Errors
 /// `BadInput` naming the element with its line, and the nearest name of the table or the reason.
-pub(super) fn check(element: &Element, entry: &'static Entry) -> Check<()> {
+pub(super) fn check(element: &MjcfElement, entry: &'static MjcfEntry) -> Check<()> {
     for (name, _) in element.attributes() {
         if attribute(entry, name).is_none() {
             let known = entry.attributes().map(|(name, _)| name);
@@ -111,7 +111,7 @@ pub(super) fn check(element: &Element, entry: &'static Entry) -> Check<()> {
 
 /// An error about `found` at `element`, with the nearest of the names that are known there.
 fn unknown<'k>(
-    element: &Element,
+    element: &MjcfElement,
     expected: &str,
     found: &str,
     known: impl Iterator<Item = &'k str>,

@@ -1,6 +1,6 @@
 //! The part of the table that says what a robot is: settings, classes, assets, bodies, tendons, equality.
 
-use super::Entry;
+use super::MjcfEntry;
 use super::Use::{Only, Read, Refused, Without};
 
 const NAMES: &str = "names and numbers of the user's own";
@@ -28,9 +28,9 @@ const FLEX: &str = "deformable bodies are not computed";
 const TENDON_FORCE: &str = "forces of tendons are not computed";
 const LOOP: &str = "closed loops are not computed";
 
-pub(super) const ENTRIES: &[Entry] = &[
-    Entry { id: "mujoco", tag: "mujoco", within: "", role: Read, attributes: &[(Read, "model")] },
-    Entry {
+pub(super) const ENTRIES: &[MjcfEntry] = &[
+    MjcfEntry { id: "mujoco", tag: "mujoco", within: "", role: Read, attributes: &[(Read, "model")] },
+    MjcfEntry {
         id: "compiler",
         tag: "compiler",
         within: "mujoco",
@@ -50,7 +50,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Only("local", GLOBAL), "coordinate"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "option",
         tag: "option",
         within: "mujoco",
@@ -68,7 +68,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(FLUID_AT_REST), "wind"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "option/flag",
         tag: "flag",
         within: "option",
@@ -85,15 +85,15 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Only("disable", DISCRETE), "invdiscrete"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "default",
         tag: "default",
         within: "mujoco default",
         role: Read,
         attributes: &[(Read, "class")],
     },
-    Entry { id: "asset", tag: "asset", within: "mujoco", role: Read, attributes: &[] },
-    Entry {
+    MjcfEntry { id: "asset", tag: "asset", within: "mujoco", role: Read, attributes: &[] },
+    MjcfEntry {
         id: "asset/mesh",
         tag: "mesh",
         within: "asset default",
@@ -105,22 +105,22 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Only("-1", HULL), "maxhullvert"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "asset/plugin",
         tag: "plugin",
         within: "asset/mesh",
         role: Refused(PLUGIN),
         attributes: &[(Without(DECLARED), "instance plugin")],
     },
-    Entry {
+    MjcfEntry {
         id: "asset/model",
         tag: "model",
         within: "asset",
         role: Read,
         attributes: &[(Without(NAMES), "content_type"), (Read, "file name")],
     },
-    Entry { id: "worldbody", tag: "worldbody", within: "mujoco", role: Read, attributes: &[] },
-    Entry {
+    MjcfEntry { id: "worldbody", tag: "worldbody", within: "mujoco", role: Read, attributes: &[] },
+    MjcfEntry {
         id: "body",
         tag: "body",
         within: "worldbody body frame replicate",
@@ -133,29 +133,29 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(NAMES), "user"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "frame",
         tag: "frame",
         within: "worldbody body frame replicate",
         role: Read,
         attributes: &[(Without(NAMES), "name"), (Read, "childclass pos axisangle euler quat xyaxes zaxis")],
     },
-    Entry {
+    MjcfEntry {
         id: "replicate",
         tag: "replicate",
         within: "worldbody body frame replicate",
         role: Read,
         attributes: &[(Read, "count sep offset euler")],
     },
-    Entry { id: "include", tag: "include", within: "*", role: Read, attributes: &[(Read, "file")] },
-    Entry {
+    MjcfEntry { id: "include", tag: "include", within: "*", role: Read, attributes: &[(Read, "file")] },
+    MjcfEntry {
         id: "body/inertial",
         tag: "inertial",
         within: "worldbody body frame replicate",
         role: Read,
         attributes: &[(Read, "axisangle diaginertia euler fullinertia mass pos quat xyaxes zaxis")],
     },
-    Entry {
+    MjcfEntry {
         id: "body/joint",
         tag: "joint",
         within: "worldbody body frame replicate default",
@@ -171,14 +171,14 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Only("0", PLASTIC), "springyield"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "body/freejoint",
         tag: "freejoint",
         within: "worldbody body frame replicate",
         role: Read,
         attributes: &[(Without(NAMES), "align group name")],
     },
-    Entry {
+    MjcfEntry {
         id: "body/geom",
         tag: "geom",
         within: "worldbody body frame replicate default",
@@ -199,21 +199,21 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(NAMES), "name user"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "geom/plugin",
         tag: "plugin",
         within: "body/geom",
         role: Refused(PLUGIN),
         attributes: &[(Without(DECLARED), "instance plugin")],
     },
-    Entry {
+    MjcfEntry {
         id: "body/attach",
         tag: "attach",
         within: "worldbody body frame replicate",
         role: Read,
         attributes: &[(Read, "body frame model prefix")],
     },
-    Entry {
+    MjcfEntry {
         id: "body/site",
         tag: "site",
         within: "worldbody body frame replicate default",
@@ -224,14 +224,14 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(VISUAL), "material mesh rgba size type"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "body/plugin",
         tag: "plugin",
         within: "worldbody body frame replicate",
         role: Refused(PLUGIN),
         attributes: &[(Without(DECLARED), "instance plugin")],
     },
-    Entry {
+    MjcfEntry {
         id: "body/flexcomp",
         tag: "flexcomp",
         within: "worldbody body frame replicate",
@@ -243,14 +243,14 @@ pub(super) const ENTRIES: &[Entry] = &[
          xyaxes zaxis",
         )],
     },
-    Entry {
+    MjcfEntry {
         id: "flexcomp/edge",
         tag: "edge",
         within: "body/flexcomp",
         role: Without(FLEX),
         attributes: &[(Without(FLEX), "damping equality solimp solref stiffness")],
     },
-    Entry {
+    MjcfEntry {
         id: "flexcomp/elasticity",
         tag: "elasticity",
         within: "body/flexcomp",
@@ -260,7 +260,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             "damping elastic2d poisson section sectionsize shear thickness yield young",
         )],
     },
-    Entry {
+    MjcfEntry {
         id: "flexcomp/contact",
         tag: "contact",
         within: "body/flexcomp",
@@ -271,22 +271,22 @@ pub(super) const ENTRIES: &[Entry] = &[
          solimp solmix solref",
         )],
     },
-    Entry {
+    MjcfEntry {
         id: "flexcomp/pin",
         tag: "pin",
         within: "body/flexcomp",
         role: Without(FLEX),
         attributes: &[(Without(FLEX), "grid gridrange id range")],
     },
-    Entry {
+    MjcfEntry {
         id: "flexcomp/plugin",
         tag: "plugin",
         within: "body/flexcomp",
         role: Without(FLEX),
         attributes: &[(Without(FLEX), "instance plugin")],
     },
-    Entry { id: "deformable", tag: "deformable", within: "mujoco", role: Read, attributes: &[] },
-    Entry {
+    MjcfEntry { id: "deformable", tag: "deformable", within: "mujoco", role: Read, attributes: &[] },
+    MjcfEntry {
         id: "deformable/flex",
         tag: "flex",
         within: "deformable",
@@ -297,7 +297,7 @@ pub(super) const ENTRIES: &[Entry] = &[
          radius rgba texcoord vertex",
         )],
     },
-    Entry {
+    MjcfEntry {
         id: "flex/contact",
         tag: "contact",
         within: "deformable/flex",
@@ -308,14 +308,14 @@ pub(super) const ENTRIES: &[Entry] = &[
          solimp solmix solref",
         )],
     },
-    Entry {
+    MjcfEntry {
         id: "flex/edge",
         tag: "edge",
         within: "deformable/flex",
         role: Without(FLEX),
         attributes: &[(Without(FLEX), "damping stiffness")],
     },
-    Entry {
+    MjcfEntry {
         id: "flex/elasticity",
         tag: "elasticity",
         within: "deformable/flex",
@@ -325,8 +325,8 @@ pub(super) const ENTRIES: &[Entry] = &[
             "damping elastic2d poisson section sectionsize shear thickness yield young",
         )],
     },
-    Entry { id: "tendon", tag: "tendon", within: "mujoco", role: Read, attributes: &[] },
-    Entry {
+    MjcfEntry { id: "tendon", tag: "tendon", within: "mujoco", role: Read, attributes: &[] },
+    MjcfEntry {
         id: "default/tendon",
         tag: "tendon",
         within: "default",
@@ -340,7 +340,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(SOLVER), "solimpfriction solimplimit solreffriction solreflimit"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "tendon/spatial",
         tag: "spatial",
         within: "tendon",
@@ -355,28 +355,28 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(SOLVER), "solimpfriction solimplimit solreffriction solreflimit"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "spatial/site",
         tag: "site",
         within: "tendon/spatial",
         role: Without(TENDON),
         attributes: &[(Without(TENDON), "site")],
     },
-    Entry {
+    MjcfEntry {
         id: "spatial/geom",
         tag: "geom",
         within: "tendon/spatial",
         role: Without(TENDON),
         attributes: &[(Without(TENDON), "geom sidesite")],
     },
-    Entry {
+    MjcfEntry {
         id: "spatial/pulley",
         tag: "pulley",
         within: "tendon/spatial",
         role: Without(TENDON),
         attributes: &[(Without(TENDON), "divisor")],
     },
-    Entry {
+    MjcfEntry {
         id: "tendon/fixed",
         tag: "fixed",
         within: "tendon",
@@ -390,22 +390,22 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(SOLVER), "solimpfriction solimplimit solreffriction solreflimit"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "fixed/joint",
         tag: "joint",
         within: "tendon/fixed",
         role: Read,
         attributes: &[(Read, "coef joint")],
     },
-    Entry {
+    MjcfEntry {
         id: "default/equality",
         tag: "equality",
         within: "default",
         role: Read,
         attributes: &[(Read, "active"), (Without(SOLVER), "solimp solref")],
     },
-    Entry { id: "equality", tag: "equality", within: "mujoco", role: Read, attributes: &[] },
-    Entry {
+    MjcfEntry { id: "equality", tag: "equality", within: "mujoco", role: Read, attributes: &[] },
+    MjcfEntry {
         id: "equality/joint",
         tag: "joint",
         within: "equality",
@@ -416,7 +416,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(SOLVER), "solimp solref"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "equality/connect",
         tag: "connect",
         within: "equality",
@@ -428,7 +428,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(SOLVER), "solimp solref"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "equality/weld",
         tag: "weld",
         within: "equality",
@@ -440,7 +440,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(SOLVER), "solimp solref"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "equality/tendon",
         tag: "tendon",
         within: "equality",
@@ -451,7 +451,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(SOLVER), "solimp solref"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "equality/flex",
         tag: "flex",
         within: "equality",
@@ -463,7 +463,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(SOLVER), "solimp solref"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "equality/flexstrain",
         tag: "flexstrain",
         within: "equality",

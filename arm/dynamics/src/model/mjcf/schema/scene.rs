@@ -1,6 +1,6 @@
 //! The part of the table for all that is around a robot: drawing, contacts, sensors, states.
 
-use super::Entry;
+use super::MjcfEntry;
 use super::Use::Without;
 
 const NAMES: &str = "names and numbers of the user's own";
@@ -11,8 +11,8 @@ const STATE: &str = "states, not the robot";
 const MEMORY: &str = "sizes that MuJoCo allocates";
 const DECLARED: &str = "a declaration; what uses a plugin is refused where it stands";
 
-pub(super) const ENTRIES: &[Entry] = &[
-    Entry {
+pub(super) const ENTRIES: &[MjcfEntry] = &[
+    MjcfEntry {
         id: "compiler/lengthrange",
         tag: "lengthrange",
         within: "compiler",
@@ -22,7 +22,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             "accel interval inttotal maxforce mode timeconst timestep tolrange useexisting uselimit",
         )],
     },
-    Entry {
+    MjcfEntry {
         id: "size",
         tag: "size",
         within: "mujoco",
@@ -33,15 +33,15 @@ pub(super) const ENTRIES: &[Entry] = &[
          nuser_jnt nuser_sensor nuser_site nuser_tendon nuserdata",
         )],
     },
-    Entry {
+    MjcfEntry {
         id: "statistic",
         tag: "statistic",
         within: "mujoco",
         role: Without(VISUAL),
         attributes: &[(Without(VISUAL), "center extent meaninertia meanmass meansize")],
     },
-    Entry { id: "visual", tag: "visual", within: "mujoco", role: Without(VISUAL), attributes: &[] },
-    Entry {
+    MjcfEntry { id: "visual", tag: "visual", within: "mujoco", role: Without(VISUAL), attributes: &[] },
+    MjcfEntry {
         id: "visual/global",
         tag: "global",
         within: "visual",
@@ -52,21 +52,21 @@ pub(super) const ENTRIES: &[Entry] = &[
          offwidth orthographic realtime",
         )],
     },
-    Entry {
+    MjcfEntry {
         id: "visual/quality",
         tag: "quality",
         within: "visual",
         role: Without(VISUAL),
         attributes: &[(Without(VISUAL), "numquads numslices numstacks offsamples shadowsize")],
     },
-    Entry {
+    MjcfEntry {
         id: "visual/headlight",
         tag: "headlight",
         within: "visual",
         role: Without(VISUAL),
         attributes: &[(Without(VISUAL), "active ambient diffuse specular")],
     },
-    Entry {
+    MjcfEntry {
         id: "visual/map",
         tag: "map",
         within: "visual",
@@ -77,7 +77,7 @@ pub(super) const ENTRIES: &[Entry] = &[
          stiffnessrot torque zfar znear",
         )],
     },
-    Entry {
+    MjcfEntry {
         id: "visual/scale",
         tag: "scale",
         within: "visual",
@@ -89,7 +89,7 @@ pub(super) const ENTRIES: &[Entry] = &[
          slidercrank",
         )],
     },
-    Entry {
+    MjcfEntry {
         id: "visual/rgba",
         tag: "rgba",
         within: "visual",
@@ -101,50 +101,56 @@ pub(super) const ENTRIES: &[Entry] = &[
          frustum haze inertia joint light rangefinder selectpoint slidercrank",
         )],
     },
-    Entry { id: "extension", tag: "extension", within: "mujoco", role: Without(DECLARED), attributes: &[] },
-    Entry {
+    MjcfEntry {
+        id: "extension",
+        tag: "extension",
+        within: "mujoco",
+        role: Without(DECLARED),
+        attributes: &[],
+    },
+    MjcfEntry {
         id: "extension/plugin",
         tag: "plugin",
         within: "extension",
         role: Without(DECLARED),
         attributes: &[(Without(DECLARED), "plugin")],
     },
-    Entry {
+    MjcfEntry {
         id: "plugin/instance",
         tag: "instance",
         within: "extension/plugin",
         role: Without(DECLARED),
         attributes: &[(Without(DECLARED), "name")],
     },
-    Entry {
+    MjcfEntry {
         id: "plugin/config",
         tag: "config",
         within: "plugin/instance asset/plugin geom/plugin body/plugin flexcomp/plugin actuator/plugin sensor/plugin",
         role: Without(DECLARED),
         attributes: &[(Without(DECLARED), "key value")],
     },
-    Entry {
+    MjcfEntry {
         id: "asset/hfield",
         tag: "hfield",
         within: "asset",
         role: Without(CONTACT),
         attributes: &[(Without(CONTACT), "content_type elevation file name ncol nrow size")],
     },
-    Entry {
+    MjcfEntry {
         id: "asset/skin",
         tag: "skin",
         within: "asset deformable",
         role: Without(VISUAL),
         attributes: &[(Without(VISUAL), "face file group inflate material name rgba texcoord vertex")],
     },
-    Entry {
+    MjcfEntry {
         id: "skin/bone",
         tag: "bone",
         within: "asset/skin",
         role: Without(VISUAL),
         attributes: &[(Without(VISUAL), "bindpos bindquat body vertid vertweight")],
     },
-    Entry {
+    MjcfEntry {
         id: "asset/texture",
         tag: "texture",
         within: "asset default",
@@ -156,7 +162,7 @@ pub(super) const ENTRIES: &[Entry] = &[
          rgb2 type vflip width",
         )],
     },
-    Entry {
+    MjcfEntry {
         id: "asset/material",
         tag: "material",
         within: "asset default",
@@ -167,14 +173,14 @@ pub(super) const ENTRIES: &[Entry] = &[
          texture texuniform",
         )],
     },
-    Entry {
+    MjcfEntry {
         id: "material/layer",
         tag: "layer",
         within: "asset/material",
         role: Without(VISUAL),
         attributes: &[(Without(VISUAL), "role texture")],
     },
-    Entry {
+    MjcfEntry {
         id: "body/camera",
         tag: "camera",
         within: "worldbody body frame replicate default",
@@ -185,7 +191,7 @@ pub(super) const ENTRIES: &[Entry] = &[
          principalpixel projection quat resolution sensorsize target user xyaxes zaxis",
         )],
     },
-    Entry {
+    MjcfEntry {
         id: "body/light",
         tag: "light",
         within: "worldbody body frame replicate default",
@@ -196,8 +202,8 @@ pub(super) const ENTRIES: &[Entry] = &[
          exponent intensity mode name pos range softness specular target texture type",
         )],
     },
-    Entry { id: "contact", tag: "contact", within: "mujoco", role: Without(CONTACT), attributes: &[] },
-    Entry {
+    MjcfEntry { id: "contact", tag: "contact", within: "mujoco", role: Without(CONTACT), attributes: &[] },
+    MjcfEntry {
         id: "contact/pair",
         tag: "pair",
         within: "contact default",
@@ -207,44 +213,44 @@ pub(super) const ENTRIES: &[Entry] = &[
             "adhesion class condim friction gap geom1 geom2 margin name solimp solref solreffriction",
         )],
     },
-    Entry {
+    MjcfEntry {
         id: "contact/exclude",
         tag: "exclude",
         within: "contact",
         role: Without(CONTACT),
         attributes: &[(Without(CONTACT), "body1 body2 name")],
     },
-    Entry { id: "custom", tag: "custom", within: "mujoco", role: Without(NAMES), attributes: &[] },
-    Entry {
+    MjcfEntry { id: "custom", tag: "custom", within: "mujoco", role: Without(NAMES), attributes: &[] },
+    MjcfEntry {
         id: "custom/numeric",
         tag: "numeric",
         within: "custom",
         role: Without(NAMES),
         attributes: &[(Without(NAMES), "data name size")],
     },
-    Entry {
+    MjcfEntry {
         id: "custom/text",
         tag: "text",
         within: "custom",
         role: Without(NAMES),
         attributes: &[(Without(NAMES), "data name")],
     },
-    Entry {
+    MjcfEntry {
         id: "custom/tuple",
         tag: "tuple",
         within: "custom",
         role: Without(NAMES),
         attributes: &[(Without(NAMES), "name")],
     },
-    Entry {
+    MjcfEntry {
         id: "tuple/element",
         tag: "element",
         within: "custom/tuple",
         role: Without(NAMES),
         attributes: &[(Without(NAMES), "objname objtype prm")],
     },
-    Entry { id: "keyframe", tag: "keyframe", within: "mujoco", role: Without(STATE), attributes: &[] },
-    Entry {
+    MjcfEntry { id: "keyframe", tag: "keyframe", within: "mujoco", role: Without(STATE), attributes: &[] },
+    MjcfEntry {
         id: "keyframe/key",
         tag: "key",
         within: "keyframe",

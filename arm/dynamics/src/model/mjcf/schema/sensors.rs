@@ -1,308 +1,308 @@
 //! The part of the table for sensors.
 
-use super::Entry;
+use super::MjcfEntry;
 use super::Use::Without;
 
 const SENSOR: &str = "sensors and outputs of MuJoCo";
 const SENSOR_COMMON: &str = "cutoff delay interp interval name noise nsample user";
 
-pub(super) const ENTRIES: &[Entry] = &[
-    Entry { id: "sensor", tag: "sensor", within: "mujoco", role: Without(SENSOR), attributes: &[] },
-    Entry {
+pub(super) const ENTRIES: &[MjcfEntry] = &[
+    MjcfEntry { id: "sensor", tag: "sensor", within: "mujoco", role: Without(SENSOR), attributes: &[] },
+    MjcfEntry {
         id: "sensor/touch",
         tag: "touch",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "site")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/accelerometer",
         tag: "accelerometer",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "site")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/velocimeter",
         tag: "velocimeter",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "site")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/gyro",
         tag: "gyro",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "site")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/force",
         tag: "force",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "site")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/torque",
         tag: "torque",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "site")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/magnetometer",
         tag: "magnetometer",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "site")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/camprojection",
         tag: "camprojection",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "camera site")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/rangefinder",
         tag: "rangefinder",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "camera data site")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/jointpos",
         tag: "jointpos",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "joint")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/jointvel",
         tag: "jointvel",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "joint")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/tendonpos",
         tag: "tendonpos",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "tendon")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/tendonvel",
         tag: "tendonvel",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "tendon")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/actuatorpos",
         tag: "actuatorpos",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "actuator")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/actuatorvel",
         tag: "actuatorvel",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "actuator")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/actuatorfrc",
         tag: "actuatorfrc",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "actuator")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/jointactuatorfrc",
         tag: "jointactuatorfrc",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "joint")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/tendonactuatorfrc",
         tag: "tendonactuatorfrc",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "tendon")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/ballquat",
         tag: "ballquat",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "joint")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/ballangvel",
         tag: "ballangvel",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "joint")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/jointlimitpos",
         tag: "jointlimitpos",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "joint")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/jointlimitvel",
         tag: "jointlimitvel",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "joint")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/jointlimitfrc",
         tag: "jointlimitfrc",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "joint")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/tendonlimitpos",
         tag: "tendonlimitpos",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "tendon")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/tendonlimitvel",
         tag: "tendonlimitvel",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "tendon")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/tendonlimitfrc",
         tag: "tendonlimitfrc",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "tendon")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/framepos",
         tag: "framepos",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "objname objtype refname reftype")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/framequat",
         tag: "framequat",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "objname objtype refname reftype")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/framexaxis",
         tag: "framexaxis",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "objname objtype refname reftype")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/frameyaxis",
         tag: "frameyaxis",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "objname objtype refname reftype")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/framezaxis",
         tag: "framezaxis",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "objname objtype refname reftype")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/framelinvel",
         tag: "framelinvel",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "objname objtype refname reftype")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/frameangvel",
         tag: "frameangvel",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "objname objtype refname reftype")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/framelinacc",
         tag: "framelinacc",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "objname objtype")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/frameangacc",
         tag: "frameangacc",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "objname objtype")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/subtreecom",
         tag: "subtreecom",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "body")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/subtreelinvel",
         tag: "subtreelinvel",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "body")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/subtreeangmom",
         tag: "subtreeangmom",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "body")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/insidesite",
         tag: "insidesite",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "enclosed objname objtype site")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/distance",
         tag: "distance",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "body1 body2 geom1 geom2")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/normal",
         tag: "normal",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "body1 body2 geom1 geom2")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/fromto",
         tag: "fromto",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON), (Without(SENSOR), "body1 body2 geom1 geom2")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/contact",
         tag: "contact",
         within: "sensor",
@@ -312,42 +312,42 @@ pub(super) const ENTRIES: &[Entry] = &[
             (Without(SENSOR), "body1 body2 data geom1 geom2 num reduce site subtree1 subtree2"),
         ],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/e_potential",
         tag: "e_potential",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON)],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/e_kinetic",
         tag: "e_kinetic",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON)],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/clock",
         tag: "clock",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), SENSOR_COMMON)],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/tactile",
         tag: "tactile",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), "cutoff delay geom interp interval mesh name nsample user")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/user",
         tag: "user",
         within: "sensor",
         role: Without(SENSOR),
         attributes: &[(Without(SENSOR), "cutoff datatype dim name needstage noise objname objtype user")],
     },
-    Entry {
+    MjcfEntry {
         id: "sensor/plugin",
         tag: "plugin",
         within: "sensor",

@@ -7,26 +7,26 @@ use serde::{Deserialize, Serialize};
 
 use super::current::PENALTY;
 use super::data::{Trajectory, usual_gain};
-use super::features::Features;
-use super::heat::Heat;
+use super::features::FeatureLayout;
+use super::heat::WindingTemperatures;
 use super::loss::wrap;
 use super::motors::Motors;
 use super::segment::Segment;
-use super::servo::{MAX_LOAD_FRICTION, ServoModel};
-use super::simulation::{Asked, Simulation, SimulationOptions};
+use super::servo::{MAX_LOAD_FRICTION, RolloutServo};
+use super::simulation::{ArmSimulation, MotorCommand, SimulationOptions};
 use hysteron_arm_dynamics::{Data, Model, gravity_torque};
 
 /// A guess of all motors' positions at every row (rows × m) [rad].
 pub type Positions = Vec<f64>;
 
 /// The goal itself.
-pub fn copied_goal(features: &Features, trajectory: &Trajectory) -> Positions {
+pub fn copied_goal(features: &FeatureLayout, trajectory: &Trajectory) -> Positions {
     let m = features.motors();
     trajectory.inputs.chunks_exact(features.len()).flat_map(|row| &row[..m]).copied().collect()
 }
 
 /// Positions as recorded (rows × m).
-pub(super) fn positions_of(features: &Features, trajectory: &Trajectory) -> Positions {
+pub(super) fn positions_of(features: &FeatureLayout, trajectory: &Trajectory) -> Positions {
     let m = features.motors();
     trajectory.states.chunks_exact(2 * m).flat_map(|state| &state[..m]).copied().collect()
 }
@@ -34,7 +34,7 @@ pub(super) fn positions_of(features: &Features, trajectory: &Trajectory) -> Posi
 /// The goal later, smoother and lower: of each motor a delay, a first-order lag, and a line over the gravity torque at the goal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct LagAndDroop {
+pub struct FirstOrderServo {
     /// For each motor, delay [rows] and part of the way to the goal that a row goes.
     pub lag: Vec<(usize, f64)>,
     /// For each motor, droop per gravity torque [rad/(N m)] and at zero [rad].
@@ -49,12 +49,16 @@ const MAX_DELAY: usize = 10;
 /// Parts of the way that are tried.
 const LAGS: [f64; 6] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.2];
 
-impl LagAndDroop {
+impl FirstOrderServo {
     /// Fits lag on a grid and droop by least squares to all trajectories.
     ///
     /// # Errors
     /// `BadInput` where there is no row.
-    pub fn fit(model: &Model, features: &Features, trajectories: &[Trajectory]) -> Result<Self, BadInput> {
+    pub fn fit(
+        model: &Model,
+        features: &FeatureLayout,
+        trajectories: &[Trajectory],
+    ) -> Result<Self, BadInput> {
         if trajectories.is_empty() {
             return Err(BadInput::new("recordings", "one or more", "none"));
         }
@@ -93,7 +97,7 @@ impl LagAndDroop {
     }
 
     /// Positions along a trajectory.
-    pub fn positions(&self, model: &Model, features: &Features, trajectory: &Trajectory) -> Positions {
+    pub fn positions(&self, model: &Model, features: &FeatureLayout, trajectory: &Trajectory) -> Positions {
         let m = features.motors();
         let goals = copied_goal(features, trajectory);
         let gravity = pull_at(model, features, (&goals, trajectory.gain_over(self.position_gain)));
@@ -121,12 +125,12 @@ fn lagged(goals: &[f64], m: usize, motor: usize, (delay, part): (usize, f64), fi
 }
 
 /// Gravity torque at every row of positions over the gain that it is held with (rows × m).
-fn pull_at(model: &Model, features: &Features, (positions, gain): (&[f64], f64)) -> Vec<f64> {
+fn pull_at(model: &Model, features: &FeatureLayout, (positions, gain): (&[f64], f64)) -> Vec<f64> {
     gravity_at(model, features, positions).into_iter().map(|torque| torque / gain).collect()
 }
 
 /// Gravity torque at every row of positions (rows × m); zero for motors that are no joints.
-pub(super) fn gravity_at(model: &Model, features: &Features, positions: &[f64]) -> Vec<f64> {
+pub(super) fn gravity_at(model: &Model, features: &FeatureLayout, positions: &[f64]) -> Vec<f64> {
     let (m, n) = (features.motors(), features.joints);
     let mut data = Data::new(model, 0.0);
     let mut all = vec![0.0; positions.len()];
@@ -139,7 +143,7 @@ pub(super) fn gravity_at(model: &Model, features: &Features, positions: &[f64]) 
 /// Trajectories and rows that the servo is fitted to.
 const FITTED: (usize, usize) = (16, 200);
 
-impl ServoModel {
+impl RolloutServo {
     /// Fits stiffness, friction and damping of these motors so that rollouts stay close to the trajectories, with `model` as the arm. The
     /// search begins, and has its bounds, in proportion to their armature.
     ///
@@ -147,7 +151,7 @@ impl ServoModel {
     /// Those of the simulation and of the fit.
     pub fn fit(
         model: &Model,
-        (features, period, motors): (&Features, f64, &Motors),
+        (features, period, motors): (&FeatureLayout, f64, &Motors),
         trajectories: &[Trajectory],
         watch: &(dyn Fn(usize, f64) -> bool + Sync),
     ) -> Result<Self, BadInput> {
@@ -193,18 +197,18 @@ impl ServoModel {
     pub fn run(
         &self,
         model: &Model,
-        (features, period): (&Features, f64),
+        (features, period): (&FeatureLayout, f64),
         segments: &[Segment<'_>],
         horizon: usize,
     ) -> Result<Vec<f64>, BadInput> {
-        let simulation = Simulation::new(model, features, &SimulationOptions::with_servo(self, period))?;
+        let simulation = ArmSimulation::new(model, features, &SimulationOptions::with_servo(self, period))?;
         Ok(run_alone(&simulation, segments, horizon))
     }
 }
 
 /// States along `segments` ((horizon + 1) × trajectories × 2m), from the recorded ones at their beginnings, where no network adds to the servo
 /// or drive of the simulation; goals are the only thing that recordings give.
-pub(super) fn run_alone(simulation: &Simulation, segments: &[Segment<'_>], horizon: usize) -> Vec<f64> {
+pub(super) fn run_alone(simulation: &ArmSimulation, segments: &[Segment<'_>], horizon: usize) -> Vec<f64> {
     let (options, features) = (simulation.options(), simulation.features());
     let (m, rows) = (features.motors(), segments.len());
     let width = rows * 2 * m;
@@ -213,12 +217,12 @@ pub(super) fn run_alone(simulation: &Simulation, segments: &[Segment<'_>], horiz
     let (mut next, alone) = (vec![0.0; width], vec![0.0; rows * m]);
     let gains: Vec<f64> =
         segments.iter().map(|one| one.trajectory.gain_over(options.position_gain())).collect();
-    let mut heat = Heat::new(options, features, segments);
+    let mut heat = WindingTemperatures::new(options, features, segments);
     for step in 0..horizon {
         let goals: Vec<f64> = segments.iter().flat_map(|one| one.goals(step, m)).copied().collect();
         heat.begin(step);
         let now = &states[step * width..];
-        let asked = Asked { goals: &goals, gains: &gains, windings: heat.at(step), torques: &alone };
+        let asked = MotorCommand { goals: &goals, gains: &gains, windings: heat.at(step), torques: &alone };
         simulation.step(now, asked, &mut next);
         heat.pass(now, [&goals, &gains]);
         states.extend_from_slice(&next);

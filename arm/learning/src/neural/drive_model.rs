@@ -3,18 +3,18 @@
 use hysteron_actuator::Drive;
 use hysteron_actuator::number::Dual;
 
-use super::servo::{FRICTION_WIDTH, ServoModel};
+use super::servo::{FRICTION_WIDTH, RolloutServo};
 
 /// Model that drives every motor next to the network.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Mover<'a> {
+pub(super) enum DriveModel<'a> {
     /// Stiffness, friction and damping.
-    Servo(&'a ServoModel),
+    Servo(&'a RolloutServo),
     /// A motor on its supply, with heat and limits of current.
     Drive(&'a Drive),
 }
 
-impl Mover<'_> {
+impl DriveModel<'_> {
     /// Torque of motor `k` towards `goal` at this position and speed [N m], and its derivatives by these two; without friction that holds,
     /// which is the integrator's. `gain` is that of a drive's register, or over the one that a servo's stiffness holds for, `winding` the temperature of a drive's [°C].
     pub fn torque(

@@ -1,16 +1,16 @@
-//! `Heading`: axes that turn with the arm's first joint, where that joint stands upright.
+//! `BaseFrame`: axes that turn with the arm's first joint, where that joint stands upright.
 //!
 //! Gravity is the same whichever way such an arm looks. A force in axes that turn with it has the same levers and does the same to the
 //! motors, and of the first joint's angle and goal only the difference matters: what is learned in one direction holds in all.
 
-use super::features::Features;
+use super::features::FeatureLayout;
 use super::loss::Heads;
 use hysteron_arm_dynamics::spatial::{Vec3, cross, dot3, mul3};
 use hysteron_arm_dynamics::{JointKind, Model};
 
 /// The axis about which an arm turns without a change of its dynamics.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Heading {
+pub(super) struct BaseFrame {
     /// Unit vector in the axes of the base; `None` where the first joint does not stand upright.
     axis: Option<Vec3<f64>>,
 }
@@ -18,7 +18,7 @@ pub(super) struct Heading {
 /// Cosine of the angle between axis and gravity, from which on a joint is upright: what is left of gravity turns by 0.1 %.
 const UPRIGHT: f64 = 1.0 - 5e-7;
 
-impl Heading {
+impl BaseFrame {
     pub fn of(model: &Model) -> Self {
         let gravity = model.gravity();
         let axis = model.joints().first().filter(|joint| joint.kind == JointKind::Revolute);
@@ -51,9 +51,9 @@ impl Heading {
     }
 
     /// Takes the first joint's angle and goal from a sample's inputs; their difference stays.
-    pub fn forget(self, features: &Features, inputs: &mut [f64]) {
+    pub fn forget(self, features: &FeatureLayout, inputs: &mut [f64]) {
         if self.axis.is_some() {
-            inputs[Features::GOALS] = 0.0;
+            inputs[FeatureLayout::GOALS] = 0.0;
             inputs[features.positions()] = 0.0;
         }
     }
@@ -68,7 +68,7 @@ mod tests {
     #[test]
     fn axes_that_turn_are_those_of_a_rotation_about_the_upright_joint_and_of_no_other_arm() {
         let model = Model::builtin("open-manipulator-x").unwrap();
-        let heading = Heading::of(&model);
+        let heading = BaseFrame::of(&model);
         let (angle, v, w) = (0.7_f64, [1.0, -2.0, 0.5], [0.3, 0.4, -0.9]);
         let (sin, cos) = angle.sin_cos();
         let expected = [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]];
@@ -80,7 +80,7 @@ mod tests {
         assert!((both[0] - both[1]).abs() < 1e-15, "{both:?}");
         // On a wall the first joint turns against gravity.
         let mounted = model.with_gravity([9.81, 0.0, 0.0]);
-        assert_eq!(Heading::of(&mounted), Heading { axis: None });
-        assert_eq!(Heading::of(&mounted).to_base(angle, v), v);
+        assert_eq!(BaseFrame::of(&mounted), BaseFrame { axis: None });
+        assert_eq!(BaseFrame::of(&mounted).to_base(angle, v), v);
     }
 }

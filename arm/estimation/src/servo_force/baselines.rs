@@ -1,12 +1,12 @@
-//! `Observers`: the momentum observers of table VI, as files have them.
+//! `BaselineObservers`: the momentum observers of table VI, as files have them.
 
 use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
-use super::drive::Known;
-use super::estimator::Estimator;
+use super::drive::FixedModel;
+use super::estimator::ForceEstimator;
 use super::identify::identify;
-use super::{ServoDrive, Telemetry};
+use super::{ServoDrive, ServoForceTelemetry};
 use crate::observer::{FrictionModel, MotorTorque};
 use hysteron_arm_dynamics::Model;
 
@@ -23,20 +23,20 @@ pub struct LinearDrive {
 }
 
 impl LinearDrive {
-    fn known(&self) -> Known {
+    fn known(&self) -> FixedModel {
         let motor = |(torque_constant, offset): (&f64, &f64)| MotorTorque::Current {
             torque_constant: *torque_constant,
             offset: *offset,
         };
         let motors: Vec<MotorTorque> = self.torque_constant.iter().zip(&self.offset).map(motor).collect();
-        Known { friction: FrictionModel::none(motors.len()), motors }
+        FixedModel { friction: FrictionModel::none(motors.len()), motors }
     }
 }
 
 /// GMO-linear and GMO-drive, identified on contact-free motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Observers {
+pub struct BaselineObservers {
     /// On currents.
     pub linear: LinearDrive,
     /// On the drives' PWM.
@@ -48,12 +48,12 @@ pub struct Observers {
 /// Share of training rows below a threshold.
 const QUANTILE: f64 = 0.99;
 
-impl Observers {
+impl BaselineObservers {
     /// From contact-free motion of `model`, an [`super::observed_arm`].
     ///
     /// # Errors
     /// `BadInput` where a joint hardly moves.
-    pub fn identify(model: &Model, training: &[Telemetry]) -> Result<Self, BadInput> {
+    pub fn identify(model: &Model, training: &[ServoForceTelemetry]) -> Result<Self, BadInput> {
         let ([linear, _], drive) = identify(model, training)?;
         let (torque_constant, offset) = linear
             .motors
@@ -64,8 +64,8 @@ impl Observers {
             })
             .unzip();
         let mut linear = LinearDrive { torque_constant, offset, noise: Vec::new() };
-        let noise = |known: &Known| -> Result<Vec<f64>, BadInput> {
-            Ok(Estimator::momentum(model, known, training)?.noise().to_vec())
+        let noise = |known: &FixedModel| -> Result<Vec<f64>, BadInput> {
+            Ok(ForceEstimator::momentum(model, known, training)?.noise().to_vec())
         };
         linear.noise = noise(&linear.known())?;
         let drive = ServoDrive { noise: noise(&drive.known())?, ..drive };
@@ -106,8 +106,13 @@ impl Observers {
     ///
     /// # Errors
     /// `BadInput` where the model has no tip.
-    pub fn forces(&self, model: &Model, trajectory: &Telemetry) -> Result<[Vec<[f64; 3]>; 2], BadInput> {
-        let of = |known: Known, noise: &[f64]| Estimator::known(model, known, noise).forces(trajectory);
+    pub fn forces(
+        &self,
+        model: &Model,
+        trajectory: &ServoForceTelemetry,
+    ) -> Result<[Vec<[f64; 3]>; 2], BadInput> {
+        let of =
+            |known: FixedModel, noise: &[f64]| ForceEstimator::known(model, known, noise).forces(trajectory);
         Ok([of(self.linear.known(), &self.linear.noise)?, of(self.drive.known(), &self.drive.noise)?])
     }
 }
