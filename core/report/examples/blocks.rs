@@ -3,11 +3,17 @@
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
+use hysteron_report::error_path::{ErrorPath, ErrorPaths};
 use hysteron_report::figure::{drawn, register_embedded_font};
+use hysteron_report::heat_map::HeatMap;
 use hysteron_report::lines::{Curve, PanelScale, Shaded, TimeChart, TimePanel};
+use hysteron_report::overlay::{OverlayTile, PathKind, PathOverlay};
 use hysteron_report::page::{Page, write_page};
+use hysteron_report::path_views::{PathViews, SpacePath};
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
 use hysteron_report::series::numbered_panels;
+use hysteron_report::stick_figure::StickFigure;
+use hysteron_report::target_map::{Goal, TargetMap};
 use hysteron_report::verdict::{Criterion, Verdict};
 
 fn main() -> anyhow::Result<()> {
@@ -27,6 +33,7 @@ fn main() -> anyhow::Result<()> {
     for chart in scatter_charts() {
         page.figure(&drawn(&chart)?);
     }
+    paths(&mut page)?;
     page.details(
         "File",
         "a = 1\nb = \"a long line of a file, which is broken where the window ends, at any letter\"",
@@ -107,4 +114,74 @@ fn scatter_charts() -> Vec<ScatterChart> {
         chart("Clouds", (0..5).map(|_| cloud()).collect()),
         chart("Bars", vec![tile(vec![Marks::bars("joints", 1, bars)])]),
     ]
+}
+
+/// A rose of so many millimetres.
+fn rose(size: f64) -> Vec<(f64, f64)> {
+    let point = |k: u32| {
+        let angle = TAU * f64::from(k) / 600.0;
+        let far = size * (2.0 * angle).cos();
+        (far * angle.cos(), far * angle.sin())
+    };
+    (0..=600).map(point).collect()
+}
+
+fn paths(page: &mut Page) -> anyhow::Result<()> {
+    let texts = || ["path", "Paths", "One path over another, from above [mm]."].map(str::to_owned);
+    let tile = |k: usize| OverlayTile {
+        title: format!("a-recording-with-a-long-name-{k}"),
+        note: "diamond 0.873, return error 12.34 %".to_owned(),
+        paths: vec![rose(20.0), rose(19.0)],
+    };
+    let kinds = vec![PathKind::new("command, scaled", 4, 3.0), PathKind::new("tip", 0, 1.2)];
+    let [name, title, caption] = texts();
+    page.figure(&drawn(&PathOverlay { name, title, caption, kinds, tiles: (0..4).map(tile).collect() })?);
+    let errors = |k: usize| ErrorPath {
+        name: format!("recording {k}"),
+        path: rose(18.0 + k as f64),
+        errors: rose(2.0).iter().map(|(x, y)| x.hypot(*y)).collect(),
+    };
+    let [name, title, caption] = texts();
+    let paths = vec![errors(1), errors(2)];
+    page.figure(&drawn(&ErrorPaths { name, title, caption, target: rose(20.0), paths })?);
+    let goal = |(k, at): (usize, (f64, f64))| {
+        let missed_at = (k % 3 == 0).then_some((0.9 * at.0, 0.9 * at.1));
+        Goal { at, missed_at }
+    };
+    let goals = Some(rose(20.0).into_iter().step_by(20).enumerate().map(goal).collect());
+    let [name, title, caption] = texts();
+    let ways = vec![vec![(0.0, 0.0), (20.0, 0.0)]];
+    page.figure(&drawn(&TargetMap { name, title, caption, curve: rose(20.0), ways, goals })?);
+    let groups = vec![("circles of the tip".to_owned(), rose(20.0)), ("roses".to_owned(), rose(12.0))];
+    let outline = vec![(-20.0, -20.0), (20.0, -20.0), (0.0, 20.0)];
+    let mut map = HeatMap::new(groups, ("convex hull", outline));
+    [map.name, map.title, map.caption] = texts();
+    page.figure(&drawn(&map)?);
+    in_space(page)
+}
+
+fn in_space(page: &mut Page) -> anyhow::Result<()> {
+    let texts = || ["space", "Paths in space", "A path from three sides [mm]."].map(str::to_owned);
+    let path = |name: &str, size: f64| {
+        let (x, y): (Vec<f64>, Vec<f64>) = rose(size).into_iter().unzip();
+        let z = x.iter().map(|x| 80.0 - 0.02 * x * x).collect();
+        SpacePath { name: name.to_owned(), axes: [x, y, z] }
+    };
+    let [name, title, caption] = texts();
+    page.figure(&drawn(&PathViews {
+        name,
+        title,
+        caption,
+        path: path("simulated", 20.0),
+        goals: Some(path("goals", 20.5)),
+        reference: Some(path("measured", 19.5)),
+        time: [0.0, 12.5],
+    })?);
+    let pose = |k: usize| {
+        let lean = 0.1 * k as f64;
+        (0.5 * k as f64, vec![[[0.0; 3], [0.0, 0.0, 0.2]], [[0.0, 0.0, 0.2], [lean, 0.5 * lean, 0.4]]])
+    };
+    let [name, title, caption] = texts();
+    page.figure(&drawn(&StickFigure { name, title, caption, poses: (0..7).map(pose).collect() })?);
+    Ok(())
 }

@@ -29,6 +29,8 @@ pub struct AxesPlace {
 
 /// Room for labels left of an axis whose name stands above it [px].
 pub(crate) const LEFT_OF_NAMED_ABOVE: f64 = 58.0;
+/// Air left of a name beside an axis: letters reach farther than backends reckon [px].
+const EDGE: f64 = 3.0;
 /// Room for a name above an axis [px].
 pub(crate) const NAME_ABOVE: f64 = 20.0;
 /// Room below axes without labels [px].
@@ -103,7 +105,8 @@ where
         let y = y.thinned(height - above - below, |_| LABEL_HEIGHT);
         let mut chart = ChartBuilder::on(&self.area)
             .margin_top(self.px(above))
-            .set_label_area_size(LabelAreaPosition::Left, self.px(left))
+            .margin_left(self.px(EDGE))
+            .set_label_area_size(LabelAreaPosition::Left, self.px(left) - self.px(EDGE))
             .set_label_area_size(LabelAreaPosition::Bottom, self.px(below))
             .build_cartesian_2d(x.clone(), y.clone())?;
         let text = self.text_style(TEXT, Pos::new(HPos::Left, VPos::Center));

@@ -46,10 +46,20 @@ impl Page {
 
     /// A page that begins with a verdict on its result.
     pub fn judged(title: &str, verdict: &Verdict, about: &str, command: &str) -> Self {
+        Self::beginning_with(|page| page.verdict(verdict), title, about, command)
+    }
+
+    /// A page that begins with its result in a sentence, where no limits say whether it can be used.
+    pub fn concluded(title: &str, conclusion: &str, about: &str, command: &str) -> Self {
+        let sentence = format!("<p class=\"verdict\">{}</p>\n", escaped(&without_signs_of_zeros(conclusion)));
+        Self::beginning_with(|page| page.0.push_str(&sentence), title, about, command)
+    }
+
+    fn beginning_with(first: impl FnOnce(&mut Self), title: &str, about: &str, command: &str) -> Self {
         let mut page = Self::new(title, about, command);
         let end = page.0.find("</h1>\n").map_or(page.0.len(), |at| at + "</h1>\n".len());
         let rest = page.0.split_off(end);
-        page.verdict(verdict);
+        first(&mut page);
         page.0.push_str(&rest);
         page
     }

@@ -25,7 +25,13 @@ pub fn write(folder: &Path, recording: &Recording) -> anyhow::Result<()> {
         .iter()
         .flatten()
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(*value), high.max(*value)]);
-    let mut page = Page::new("Strokes for a path", &meta.source, &meta.command);
+    let conclusion = format!(
+        "Strokes for {:.2} s, limited in {} % of the samples; the network was outside its training in {} %.",
+        time[time.len() - 1] - time[0],
+        part("limited"),
+        part("extrapolating")
+    );
+    let mut page = Page::concluded("Strokes for a path", &conclusion, &meta.source, &meta.command);
     page.heading("Results");
     page.list([
         ("Duration [s]", format!("{:.2}", time[time.len() - 1] - time[0])),

@@ -28,8 +28,10 @@ pub fn write(folder: &Path, card: &Outcome, real: &[Input], with_png: bool) -> a
     write_metrics(folder, card)?;
     let about = "Synthetic data: trajectories of a plan, simulated by the twin. They are training data and were not measured \
                  on a robot.";
-    let mut page = Page::new(&format!("Synthetic data, plan {}", card.plan), about, &card.command);
     let area = |k: usize| format!("{:.1}", 1e4 * card.areas_m2[k]);
+    let title = format!("Synthetic data, plan {}", card.plan);
+    let conclusion = format!("{} trajectories, {} samples, over {} cm².", card.made, card.samples, area(0));
+    let mut page = Page::concluded(&title, &conclusion, about, &card.command);
     let percent = |part: f64| format!("{:.1}", 100.0 * part);
     page.heading("Results");
     let mut rows = vec![

@@ -30,8 +30,17 @@ pub fn write(
     register_embedded_font()?;
     write_metrics(folder, outcome)?;
     let figure = save(folder, &Picture { target, reach }, with_png)?;
+    let conclusion = match reach {
+        Some(reach) => format!(
+            "The robot reaches {} of {} points of the target within {} mm.",
+            reach.goals - reach.out_of_reach,
+            reach.goals,
+            1e3 * reach.tolerance_m
+        ),
+        None => "A path for the tip; no robot was asked whether it reaches it.".to_owned(),
+    };
     let about = "Where the tip should go, from where it rests.";
-    let mut page = Page::new(&format!("Target {}", target.name), about, &outcome.command);
+    let mut page = Page::concluded(&format!("Target {}", target.name), &conclusion, about, &outcome.command);
     page.list([
         ("Family", target.family.clone()),
         ("Length of a lap [mm]", format!("{:.2}", 1e3 * outcome.length_m)),

@@ -27,8 +27,7 @@ pub(super) fn write(
     register_embedded_font()?;
     write_metrics(folder, outcome)?;
     let about = "Every channel as it was imported, with its unit, range and rate.";
-    let mut page = Page::new("Import", about, &outcome.command);
-    page.paragraph(&outcome.verdict);
+    let mut page = Page::concluded("Import", &outcome.verdict, about, &outcome.command);
     page.heading("Recordings");
     let row = |one: &super::outcome::ImportedRecording| {
         vec![

@@ -55,7 +55,12 @@ pub(super) fn write(folder: &ReportFolder, outcome: &ActuatorEvaluation) -> anyh
     folder.write_metrics(outcome)?;
     let about = "Rollouts from the true initial state, as tables III to V of NeuralActuator: mean absolute error over the first steps, by \
                  joint, aperture and force. Rivals were fitted to the training recordings.";
-    let mut page = Page::new("Neural actuator", about, &outcome.command);
+    let conclusion = format!(
+        "The actuator, trained on {} recordings, is compared with its rivals on {} tasks.",
+        outcome.trained_on,
+        outcome.tasks.len()
+    );
+    let mut page = Page::concluded("Neural actuator", &conclusion, about, &outcome.command);
     for (at, horizon) in HORIZONS.iter().enumerate() {
         page.heading(&format!("First {horizon} steps: joints [deg] | aperture [mm]"));
         poses(&mut page, &outcome.tasks, at);

@@ -25,7 +25,11 @@ pub(super) fn write(
     folder.write_metrics(outcome)?;
     let Outcome { base_parameters, condition_number, condition_number_before, .. } = outcome;
     let title = format!("Designed motion of {}", outcome.robot);
-    let mut page = Page::new(&title, &states.meta().source, &outcome.command);
+    let conclusion = match condition_number {
+        Some(number) => format!("The motion shows the parameters with a condition number of {number:.1}."),
+        None => format!("A motion of {:.2} s from rest to rest.", outcome.duration_s),
+    };
+    let mut page = Page::concluded(&title, &conclusion, &states.meta().source, &outcome.command);
     page.heading("Results");
     let mut rows = vec![
         ("Duration [s]", format!("{:.3}", outcome.duration_s)),

@@ -9,7 +9,12 @@ use super::outcome::{ArmTrajectory, Outcome};
 /// Writes `report.html` and `metrics.json` to `folder`.
 pub(super) fn write(folder: &ReportFolder, outcome: &Outcome) -> anyhow::Result<()> {
     folder.write_metrics(outcome)?;
-    let mut page = Page::new("Data set of the virtual arm", &outcome.about, &outcome.command);
+    let conclusion = format!(
+        "{} trajectories of {:.1} min together, {} samples.",
+        outcome.trajectories, outcome.duration_min, outcome.samples
+    );
+    let mut page =
+        Page::concluded("Data set of the virtual arm", &conclusion, &outcome.about, &outcome.command);
     page.heading("What it holds");
     page.list(vec![
         ("Virtual arm", outcome.arm.clone()),

@@ -23,7 +23,12 @@ pub(super) fn write(
 ) -> anyhow::Result<()> {
     folder.write_metrics(outcome)?;
     let Outcome { samples, duration_s, joints: ends, energy_j, .. } = outcome;
-    let mut page = Page::new(&format!("Motion of {}", model.name()), &motion.meta().source, &outcome.command);
+    let title = format!("Motion of {}", model.name());
+    let conclusion = format!(
+        "In {duration_s:.2} s the energy of the arm went from {:.3} to {:.3} J.",
+        energy_j[0], energy_j[1]
+    );
+    let mut page = Page::concluded(&title, &conclusion, &motion.meta().source, &outcome.command);
     page.heading("Results");
     page.list([
         ("Duration [s]", format!("{duration_s:.3}")),

@@ -47,7 +47,13 @@ pub(super) fn write(folder: &ReportFolder, data: &DataSet) -> anyhow::Result<Out
     folder.write_metrics(&outcome)?;
 
     let about = "Commanded strokes, loads and measured tip of every trajectory, on one clock.";
-    let mut page = Page::new(data.title, about, &outcome.command);
+    let [across, along, up] = tip_range(data.recordings).map(|[low, high]| 1e3 * (high - low));
+    let conclusion = format!(
+        "{} trajectories, {} samples: the tip moved over {across:.2} x {along:.2} x {up:.2} mm.",
+        outcome.trajectories.len(),
+        outcome.samples
+    );
+    let mut page = Page::concluded(data.title, &conclusion, about, &outcome.command);
     let mm = |[low, high]: [f64; 2]| format!("{:.2} to {:.2}", 1e3 * low, 1e3 * high);
     let [x, y, z] = tip_range(data.recordings).map(mm);
     page.heading("Results");

@@ -16,7 +16,7 @@ pub(super) fn write(
     shapes: Option<&TipShapes>,
 ) -> anyhow::Result<()> {
     let title = format!("{}: {}", outcome.robot.name, run.task.title());
-    let mut page = Page::new(&title, &outcome.source, &outcome.command);
+    let mut page = Page::concluded(&title, &conclusion(outcome), &outcome.source, &outcome.command);
     results(&mut page, outcome);
     if !outcome.shapes.is_empty() {
         page.table(&NamedShape::HEADINGS, outcome.shapes.iter().map(NamedShape::cells));
@@ -53,6 +53,22 @@ fn model(page: &mut Page, outcome: &Outcome) {
     ]);
     page.details_list("Solver details", solver(outcome));
     page.small(&format!("Scene {}.", outcome.robot.scene_sha256));
+}
+
+/// The result of a run in a sentence.
+fn conclusion(outcome: &Outcome) -> String {
+    let run = &outcome.run;
+    if let Some(score) = &run.against_measured {
+        let [rms, most] = [score.rmse_m, score.max_m].map(|m| 1e3 * m);
+        return format!(
+            "The simulated tip is {rms:.2} mm off the measured one (RMSE), and at most {most:.2} mm."
+        );
+    }
+    if let Some(goals) = &run.goals {
+        return format!("{} of {} goals are out of reach.", goals.out_of_reach, run.samples);
+    }
+    let [x, y, z] = [0, 1, 2].map(|c| 1e3 * (run.tip_max_m[c] - run.tip_min_m[c]));
+    format!("In {:.2} s the tip moved over {x:.2} x {y:.2} x {z:.2} mm.", run.duration_s)
 }
 
 /// Results of a run.

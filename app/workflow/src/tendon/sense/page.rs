@@ -22,8 +22,14 @@ pub(super) struct Shown<'a> {
 pub(super) fn write(folder: &ReportFolder, outcome: &Outcome, shown: &Shown) -> anyhow::Result<()> {
     folder.write_metrics(outcome)?;
     let about = "Tensions at the pulleys and the force on the tip, told from strokes, loads, tip and twin.";
-    let mut page =
-        Page::new(&format!("{}: forces of {}", shown.title, outcome.recording), about, &outcome.command);
+    let conclusion = match outcome.scores.forces.first() {
+        Some(score) => {
+            format!("The force on the tip is {:.3} N off in the median ({}).", score.median_n, score.method)
+        }
+        None => "Tensions and force were estimated; no force was measured to compare them with.".to_owned(),
+    };
+    let title = format!("{}: forces of {}", shown.title, outcome.recording);
+    let mut page = Page::concluded(&title, &conclusion, about, &outcome.command);
     results(&mut page, &outcome.scores);
     page.heading("Figures");
     folder.add(&mut page, &force(shown))?;
