@@ -101,7 +101,7 @@ pub(crate) fn read(files: &[PathBuf]) -> anyhow::Result<Vec<Named>> {
     files
         .iter()
         .map(|path| {
-            let recording = Recording::read(path)?;
+            let recording = crate::shared::memory::recording(path)?;
             let said = recording.meta().extra.get("trajectory").cloned();
             let parts: Vec<String> = match said {
                 Some(said) => said.split('/').map(str::to_owned).collect(),

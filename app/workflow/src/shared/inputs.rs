@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use hysteron_base::{BadInput, Metadata, Recording, file};
 use hysteron_control::path::{is_recording, read_untimed};
 
+use crate::shared::memory;
+
 /// A recording, the bytes of its file as a hash, and the name it goes by.
 pub struct Input {
     /// File name without its ending.
@@ -54,6 +56,7 @@ fn read_each(
     let files = files(paths)?;
     let mut inputs: Vec<Input> =
         files.iter().map(|path| read_one(path, read)).collect::<anyhow::Result<_>>()?;
+    memory::check_copies("recordings", inputs.iter().map(|input| &input.recording))?;
     inputs.sort_by(|a, b| a.name.cmp(&b.name));
     if let Some(pair) = inputs.windows(2).find(|pair| pair[0].name == pair[1].name) {
         let found = format!("{} and {}", pair[0].path.display(), pair[1].path.display());
@@ -64,7 +67,7 @@ fn read_each(
 
 fn read_one(path: &Path, read: &dyn Fn(&Path) -> anyhow::Result<Recording>) -> anyhow::Result<Input> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let hash = file::sha256_hex(&file::read_bytes(path)?);
+    let hash = file::sha256_of(path)?;
     Ok(Input { name, path: path.to_owned(), hash, recording: read(path)? })
 }
 

@@ -10,6 +10,7 @@ pub(crate) mod inputs;
 #[cfg(test)]
 mod json_fuzz;
 pub(crate) mod locking;
+pub(crate) mod memory;
 pub(crate) mod network;
 pub mod number;
 pub mod outcome;

@@ -18,7 +18,7 @@ pub struct Network {
 impl Network {
     /// Reads a checkpoint for the robot of `scene`, which must be the one that it was trained with.
     pub fn read(path: &Path, scene: &Scene, twin: &Twin) -> anyhow::Result<Self> {
-        let hash = file::sha256_hex(&file::read_bytes(path)?);
+        let hash = file::sha256_of(path)?;
         let model = ResidualModel::read(path)?;
         let auxiliary = AuxiliaryLimits::new(twin)?;
         model

@@ -61,7 +61,7 @@ impl Stamp {
             if path.is_dir() {
                 inputs.extend(hashes(path)?.into_iter().map(|(file, hash)| (format!("{name}/{file}"), hash)));
             } else {
-                inputs.push((name, file::sha256_hex(&file::read_bytes(path)?)));
+                inputs.push((name, file::sha256_of(path)?));
             }
         }
         let keys = stage.steps.iter().map(|step| step.arguments.iter().map(|it| it.key.clone()).collect());
@@ -227,7 +227,7 @@ fn hashes(folder: &Path) -> anyhow::Result<BTreeMap<String, String>> {
     let entry = |path: PathBuf| -> anyhow::Result<(String, String)> {
         let name = path.strip_prefix(folder).unwrap_or(&path).components();
         let name: Vec<_> = name.map(|part| part.as_os_str().to_string_lossy().into_owned()).collect();
-        Ok((name.join("/"), file::sha256_hex(&file::read_bytes(&path)?)))
+        Ok((name.join("/"), file::sha256_of(&path)?))
     };
     files_in(folder)?.into_iter().map(entry).collect()
 }

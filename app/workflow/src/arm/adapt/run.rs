@@ -7,7 +7,7 @@ use hysteron_arm_learning::neural::{
     NeuralActuator, TelemetrySource, Trajectory, Unlabelled, pose_scores, roll_out, trajectory_of,
 };
 use hysteron_base::checks::{CheckContext, Purpose};
-use hysteron_base::{BadInput, Recording, parallel};
+use hysteron_base::{BadInput, parallel};
 use hysteron_learn::TrainingProgress;
 use hysteron_report::verdict::{Criterion, Verdict};
 
@@ -40,7 +40,7 @@ fn adapt(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let checks = CheckContext { joint_ranges: &ranges, ..CheckContext::new(Purpose::Fit) };
     let findings = recording_checks::of_files(&options.recordings, &checks)?;
     let read = |path: &PathBuf| -> anyhow::Result<Trajectory> {
-        let recording = Recording::read(path)?;
+        let recording = crate::shared::memory::recording(path)?;
         let period = actuator.simulation.period;
         let found = trajectory_of(&recording, &actuator.features, period, Unlabelled::Unknown);
         Ok(found.map_err(|bad: BadInput| bad.within(path.display()))?)

@@ -10,6 +10,7 @@ use hysteron_base::{BadInput, MAX_CHANNELS, Recording};
 use super::{Options, Outcome};
 use crate::arm;
 use crate::arm::robot::{frame, held_joints};
+use crate::shared::memory;
 use crate::shared::outputs::Outputs;
 use crate::{Context, WorkflowError};
 
@@ -25,7 +26,7 @@ fn compute(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     if LearnedDynamics::is_file(options.model.as_ref()) {
         return learned(options, context);
     }
-    let states = Recording::read(&options.states)?;
+    let states = memory::recording(&options.states)?;
     // Torques follow from accelerations whatever the masses are; the other way round M has to be definite.
     let is_inverse = [
         JointQuantityKind::Torque.channel(JointKind::Revolute, 0),
@@ -39,6 +40,8 @@ fn compute(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     };
     let frame = frame(&model, options.frame.as_deref())?;
     check_columns(&model, options, is_inverse)?;
+    let n_columns = columns_of_dynamics(model.n_joints(), options.derivatives, is_inverse);
+    memory::check_result(&options.states, states.n_samples(), n_columns)?;
     let wanted = DynamicsOutput { frame, derivatives: options.derivatives };
     let outputs = arm::reads(&options.model).and([&options.states]).recording("--out", &options.out);
     let _claim = outputs.check(context)?;
@@ -75,7 +78,7 @@ fn learned(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let outputs =
         Outputs::reading([Path::new(&options.model), &options.states]).recording("--out", &options.out);
     let _claim = outputs.check(context)?;
-    let states = Recording::read(&options.states)?;
+    let states = memory::recording(&options.states)?;
     let meta = arm::meta(context, "learned inverse dynamics");
     let model = LearnedDynamics::read(options.model.as_ref())?;
     let found = model.torques_along(&states, meta).map_err(|bad| bad.within(options.states.display()))?;

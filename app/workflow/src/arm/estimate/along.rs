@@ -22,7 +22,7 @@ pub(super) fn run(
 ) -> anyhow::Result<RecordingEstimates> {
     let (features, period) = (&actuator.features, actuator.simulation.period);
     let within = |bad: BadInput| bad.within(path.display());
-    let recording = Recording::read(path)?;
+    let recording = crate::shared::memory::recording(path)?;
     let trajectory = trajectory_of(&recording, features, period, Unlabelled::Unknown).map_err(within)?;
     let voltage = trajectory.motor_voltage().map_err(within)?;
     let mut estimator = estimator.with_position_gain(trajectory.position_gain).map_err(within)?;

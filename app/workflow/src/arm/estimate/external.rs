@@ -1,7 +1,7 @@
 //! External torques along a recording, by a momentum observer whose dynamics are learned.
 
 use hysteron_arm_learning::lagrangian::{LearnedDynamics, external_torques_along};
-use hysteron_base::{BadInput, Recording};
+use hysteron_base::BadInput;
 
 use super::Options;
 use super::outcome::ExternalTorques;
@@ -19,7 +19,7 @@ pub(super) fn run(options: &Options, context: &Context) -> anyhow::Result<Extern
     };
     let outputs = Outputs::reading([&options.actuator, path]).recording("--out", &options.out);
     let _claim = outputs.check(context)?;
-    let recording = Recording::read(path)?;
+    let recording = crate::shared::memory::recording(path)?;
     let meta = arm::meta(context, "external torques from learned dynamics");
     if !(options.gain > 0.0 && options.gain.is_finite()) {
         return Err(BadInput::new("--gain", "a number > 0", options.gain.to_string()).into());

@@ -24,7 +24,7 @@ pub(super) fn evaluate(options: &Options, context: &Context) -> anyhow::Result<D
     let outputs = options.out.iter().fold(outputs, |outputs, out| outputs.recording("--out", out));
     let _claim = outputs.check(context)?;
     let model = LearnedDynamics::read(&options.model)?;
-    let recording = Recording::read(path)?;
+    let recording = crate::shared::memory::recording(path)?;
     let name = recording_checks::name_of(path);
     let findings = recording_checks::of_named(&[(&name, &recording)], &CheckContext::new(Purpose::Score))?;
     let within = |bad: BadInput| bad.within(path.display());

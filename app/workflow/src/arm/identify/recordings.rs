@@ -13,7 +13,7 @@ use crate::shared::recording_checks::{self, Findings};
 pub(super) fn read(path: &Path) -> anyhow::Result<Recording> {
     match path.extension().and_then(|ending| ending.to_str()) {
         Some("json") => Ok(import(path, &ImportOptions::default(), Metadata::default())?.recording),
-        _ => Ok(Recording::read(path)?),
+        _ => Ok(crate::shared::memory::recording(path)?),
     }
 }
 

@@ -6,6 +6,7 @@ use hysteron_base::{BadInput, Recording};
 use hysteron_report::folder::ReportFolder;
 
 use super::{Options, Outcome, page};
+use crate::shared::memory;
 use crate::{Context, WorkflowError, arm};
 
 /// Carries out the verb.
@@ -18,7 +19,9 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 
 fn simulate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let model = options.robot_options.model(&options.model, context)?;
-    let torques = Recording::read(&options.torques)?;
+    let torques = memory::recording(&options.torques)?;
+    // Time, coordinates, speeds, accelerations and torques.
+    memory::check_result(&options.torques, torques.n_samples(), 1 + 4 * model.n_joints())?;
     let outputs = arm::reads(&options.model).and([&options.torques]).recording("--out", &options.out);
     let _claim = outputs.report("--figures", options.figures.as_deref()).check(context)?;
     let start = match options.start.is_empty() {

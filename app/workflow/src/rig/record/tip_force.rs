@@ -24,7 +24,7 @@ impl TipForce {
     /// # Errors
     /// No recording with these channels, or a force that would break the robot.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
-        let hash = file::sha256_hex(&file::read_bytes(path)?);
+        let hash = file::sha256_of(path)?;
         let recording = Recording::read(path)?;
         let place = |bad: BadInput| bad.within(path.display());
         let axis = |axis: &str| -> Result<Vec<f64>, BadInput> {

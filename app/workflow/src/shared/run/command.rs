@@ -169,7 +169,11 @@ impl<'a> Command<'a> {
             if let Some(row) = strokes.iter().position(|stroke| *stroke >= length) {
                 let name = &twin.tendons[j].name;
                 return Err(BadInput::new(
-                    format!("row {} (t = {} s): stroke of tendon {name}", row + 1, self.time[row]),
+                    format!(
+                        "row {} (t = {} s): stroke of tendon {name}",
+                        row + 1,
+                        hysteron_base::number::shown(self.time[row])
+                    ),
                     format!("less than the tendon's length, {:.3} mm", 1e3 * length),
                     format!("{:.3} mm", 1e3 * strokes[row]),
                 )
@@ -181,7 +185,11 @@ impl<'a> Command<'a> {
             for (row, stroke) in strokes.iter().enumerate() {
                 twin.tendons[j].check_stroke(*stroke, || {
                     let name = &twin.tendons[j].name;
-                    format!("row {} (t = {} s): stroke of tendon {name}", row + 1, self.time[row])
+                    format!(
+                        "row {} (t = {} s): stroke of tendon {name}",
+                        row + 1,
+                        hysteron_base::number::shown(self.time[row])
+                    )
                 })?;
             }
         }
@@ -246,7 +254,11 @@ fn tensions<'a>(recording: &'a Recording, tendon: &TwinTendon, number: usize) ->
     if let Some(row) = values.iter().position(|value| !tendon.tension.contains(*value)) {
         let bounds = tendon.tension;
         return Err(BadInput::new(
-            format!("row {} (t = {} s): {name}", row + 1, recording.time()[row]),
+            format!(
+                "row {} (t = {} s): {name}",
+                row + 1,
+                hysteron_base::number::shown(recording.time()[row])
+            ),
             format!("within the tendon's bounds, {} to {} N", bounds.min, bounds.max),
             format!("{} N", values[row]),
         )

@@ -27,6 +27,7 @@ use hysteron_twin::{Stepper, Twin, TwinState};
 
 use crate::shared::error::Cancelled;
 use crate::shared::locking::{Estimator, RunLocking, tip_distance};
+use crate::shared::memory;
 use crate::shared::network::Network;
 use crate::shared::outputs::Outputs;
 use crate::shared::paths;
@@ -111,7 +112,7 @@ pub fn run(
     let network = match checkpoint {
         Some(path) => {
             check_residual(options, &command)?;
-            provenance.extra.insert("residual_sha256".to_owned(), file::sha256_hex(&file::read_bytes(path)?));
+            provenance.extra.insert("residual_sha256".to_owned(), file::sha256_of(path)?);
             Some(Network::read(path, &scene, &twin)?)
         }
         None => None,
@@ -121,6 +122,9 @@ pub fn run(
         None => None,
     };
 
+    // Of every sample its tip, strokes and tensions, with what they were told to be.
+    let n_columns = 4 + 2 * (twin.n_primary + twin.tendons.len());
+    memory::check_result(input, samples.n_samples(), n_columns)?;
     let mut trace = Trace::new(&twin, samples.n_samples());
     let mut state = match &options.from {
         Some(path) => TwinState::read(path, &twin, &scene.hash)?,
@@ -352,7 +356,7 @@ fn stopped(
         End::Failed(error) => anyhow::anyhow!(
             "row {} (t = {} s), tendons {}: {error:#}; {kept}",
             n_done + 1,
-            command.time[n_done],
+            hysteron_base::number::shown(command.time[n_done]),
             command.describe(twin, n_done),
         ),
         _ => Cancelled::new(format!("; {kept}; add --resume to go on")).into(),
@@ -428,7 +432,7 @@ fn sample_duration(samples: &Recording, input: &Path) -> Result<f64, BadInput> {
 
 /// Metadata of the recording: its provenance.
 fn provenance(scene: &Scene, task: Task, input: &Path, context: &Context) -> anyhow::Result<Metadata> {
-    let hash = file::sha256_hex(&file::read_bytes(input)?);
+    let hash = file::sha256_of(input)?;
     let mut extra = BTreeMap::from([(format!("{}_sha256", task.input()), hash)]);
     let source = match task {
         Task::Simulate => format!("simulation of {} with strokes from {}", scene.name, input.display()),

@@ -124,7 +124,7 @@ impl NadFiles {
     fn digest(&self) -> Found<String> {
         let mut all = Vec::new();
         for (_, path) in self.training.iter().chain(&self.free).chain(&self.loaded) {
-            all.extend_from_slice(file::sha256_hex(&file::read_bytes(path)?).as_bytes());
+            all.extend_from_slice(file::sha256_of(path)?.as_bytes());
         }
         Ok(file::sha256_hex(&all))
     }

@@ -92,7 +92,7 @@ fn read(folder: &Path) -> anyhow::Result<(Recorded, Value)> {
     let paths = files(&[folder.to_owned()], &[])?;
     let mut digests = Vec::new();
     for path in &paths {
-        digests.extend_from_slice(file::sha256_hex(&file::read_bytes(path)?).as_bytes());
+        digests.extend_from_slice(file::sha256_of(path)?.as_bytes());
     }
     let one = |path: &PathBuf| -> anyhow::Result<Option<(String, Split, Recording)>> {
         let recording = if path.extension().is_some_and(|ending| ending == "csv") {

@@ -57,7 +57,7 @@ pub(super) fn check(
     let files = inputs::files(&named)?;
     let (mut read, mut unreadable) = (Vec::new(), Vec::new());
     for path in &files {
-        match Recording::read(path) {
+        match crate::shared::memory::recording(path) {
             Ok(recording) => read.push((name_of(path), path, recording)),
             Err(hysteron_base::Error::BadInput(bad)) => unreadable.push((path, bad)),
             Err(other) => return Err(other.into()),

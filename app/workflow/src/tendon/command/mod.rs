@@ -267,8 +267,11 @@ fn by_network(
 /// `tip_z_m`, at a fixed rate.
 fn read_target(named: &str) -> anyhow::Result<Target> {
     let path = Path::new(named);
-    let recording =
-        if is_recording(path)? { Recording::read(path)? } else { TargetPath::open(named)?.recording()? };
+    let recording = if is_recording(path)? {
+        crate::shared::memory::recording(path)?
+    } else {
+        TargetPath::open(named)?.recording()?
+    };
     let within = |bad: BadInput| bad.within(named);
     let [x, y] = ["tip_x_m", "tip_y_m"].map(|name| recording.require(name).map_err(within));
     let (x, y) = (x?, y?);
@@ -311,7 +314,7 @@ fn recording(way: &Way, target: &Target, answer: Answer, context: &Context) -> a
     channels.push(Channel::new("limited", answer.limited));
     let mut extra = BTreeMap::from([("limited_samples".to_owned(), held_back.to_string())]);
     if let Some(path) = &way.checkpoint {
-        extra.insert("checkpoint_sha256".to_owned(), file::sha256_hex(&file::read_bytes(path)?));
+        extra.insert("checkpoint_sha256".to_owned(), file::sha256_of(path)?);
     }
     if let Some(path) = &way.scene {
         extra.insert("scene_sha256".to_owned(), Scene::read(path)?.hash);

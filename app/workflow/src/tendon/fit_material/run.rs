@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::Context as _;
 use hysteron_base::checks::Purpose;
-use hysteron_base::{BadInput, Recording, Scene};
+use hysteron_base::{BadInput, Scene};
 use hysteron_fem::Mesh;
 use hysteron_report::folder::ReportFolder;
 use hysteron_twin::fit::{
@@ -123,7 +123,7 @@ fn tension_max(options: &Options, scene: &Scene) -> Vec<f64> {
 fn motions(paths: &[PathBuf], role: Option<&str>, twin: &Twin) -> anyhow::Result<Vec<Motion>> {
     let mut motions = Vec::new();
     for path in paths {
-        let recording = Recording::read(path)?;
+        let recording = crate::shared::memory::recording(path)?;
         if role.is_some_and(|role| inputs::role(recording.meta()) != role) {
             continue;
         }

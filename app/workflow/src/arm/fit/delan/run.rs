@@ -6,7 +6,7 @@ use hysteron_arm_learning::lagrangian::{
     ArmSamples, InputForm, LearnedDynamics, NetworkShape, Scales, TrainingOptions, samples_of, train,
 };
 use hysteron_base::checks::{CheckContext, Purpose};
-use hysteron_base::{BadInput, Recording, json};
+use hysteron_base::{BadInput, json};
 use hysteron_learn::{Activation, TrainingProgress, TrainingSession};
 use hysteron_report::verdict::{Criterion, Verdict};
 
@@ -110,7 +110,8 @@ fn judged(error: f64, n: usize) -> Verdict {
 fn read(paths: &[PathBuf], cutoff: f64) -> anyhow::Result<ArmSamples> {
     let mut all: Option<ArmSamples> = None;
     for path in paths {
-        let found = samples_of(&Recording::read(path)?, cutoff).map_err(|bad| bad.within(path.display()))?;
+        let found = samples_of(&crate::shared::memory::recording(path)?, cutoff)
+            .map_err(|bad| bad.within(path.display()))?;
         match &mut all {
             None => all = Some(found),
             Some(all) => all.append(&found).map_err(|bad| bad.within(path.display()))?,
