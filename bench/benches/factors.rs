@@ -10,9 +10,10 @@ use faer::sparse::linalg::cholesky::{
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Par, Side};
-use hysteron_bench::scenes::{N_PRIMARY, Setting, sofa_mesh, sofa_scene, tube, tube_scene};
+use hysteron_bench::repository;
 use hysteron_bench::targets::rest_stiffness;
 use hysteron_fem::{FactorKind, FemModel, Order, Stiffness, StiffnessFactor};
+use hysteron_studies::tendon::scenes::{N_PRIMARY, Setting, sofa_mesh, sofa_scene, tube, tube_scene};
 
 fn kinds(criterion: &mut Criterion, body: &FemModel) {
     let stiffness = rest_stiffness(body);
@@ -97,7 +98,9 @@ fn orderings(criterion: &mut Criterion, body: &FemModel) {
 }
 
 fn factors(criterion: &mut Criterion) {
-    let small = sofa_scene(Setting::TARGETS, &sofa_mesh().unwrap(), N_PRIMARY).unwrap().body;
+    let small = sofa_scene(repository(), Setting::TARGETS, &sofa_mesh(repository()).unwrap(), N_PRIMARY)
+        .unwrap()
+        .body;
     kinds(criterion, &small);
     orderings(criterion, &small);
     let mesh = tube(19, Order::Linear).mesh().unwrap();

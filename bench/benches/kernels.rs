@@ -7,14 +7,15 @@ use std::sync::Arc;
 use criterion::{Criterion, criterion_group, criterion_main};
 use hysteron_base::MaterialLaw;
 use hysteron_base::lanes::Isa;
-use hysteron_bench::scenes::{N_PRIMARY, Setting, sofa_mesh, sofa_scene};
+use hysteron_bench::repository;
 use hysteron_fem::{FemModel, Mesh, Stiffness, Tangent};
+use hysteron_studies::tendon::scenes::{N_PRIMARY, Setting, sofa_mesh, sofa_scene};
 use hysteron_twin::{Stepper, Target};
 
 /// The body and node positions with the robot bent by 3 mm of stroke.
 fn bent(mesh: &Mesh) -> (FemModel, Vec<[f64; 4]>) {
     let setting = Setting { law: MaterialLaw::Corotational, ..Setting::TARGETS };
-    let twin = sofa_scene(setting, mesh, N_PRIMARY).unwrap();
+    let twin = sofa_scene(repository(), setting, mesh, N_PRIMARY).unwrap();
     let mut stepper = Stepper::new(&twin);
     let targets = [3e-3, 0.0, -3e-3, 0.0].map(Target::Stroke);
     stepper.step(&twin, &targets).unwrap();
@@ -22,7 +23,7 @@ fn bent(mesh: &Mesh) -> (FemModel, Vec<[f64; 4]>) {
 }
 
 fn kernels(criterion: &mut Criterion) {
-    let linear = sofa_mesh().unwrap();
+    let linear = sofa_mesh(repository()).unwrap();
     for (name, mesh) in [("tet10", linear.to_quadratic()), ("tet4", linear)] {
         let (body, x) = bent(&mesh);
         let n = body.n_unknowns();

@@ -4,7 +4,8 @@
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use hysteron_bench::drive::{N_RAMP, with_strokes, with_tensions};
-use hysteron_bench::scenes::{N_PRIMARY, N_TENDONS, Setting, sofa_mesh, sofa_scene};
+use hysteron_bench::repository;
+use hysteron_studies::tendon::scenes::{N_PRIMARY, N_TENDONS, Setting, sofa_mesh, sofa_scene};
 use hysteron_twin::Stepper;
 
 /// Steps before the state is saved, and steps of a sample.
@@ -12,11 +13,11 @@ const N_WARM: usize = N_RAMP + 50;
 const N_SAMPLE: usize = 50;
 
 fn steps(criterion: &mut Criterion) {
-    let mesh = sofa_mesh().unwrap();
+    let mesh = sofa_mesh(repository()).unwrap();
     for (n, setting) in
         [(N_PRIMARY, Setting::TARGETS), (N_PRIMARY, Setting::RUBBING), (N_TENDONS, Setting::TARGETS)]
     {
-        let twin = sofa_scene(setting, &mesh, n).unwrap();
+        let twin = sofa_scene(repository(), setting, &mesh, n).unwrap();
         let targets = if n == N_PRIMARY {
             with_tensions(n, N_WARM + N_SAMPLE, 0.0)
         } else {

@@ -18,8 +18,8 @@ use hysteron_twin::{Motion, PhysicsTwin, Plant, Twin};
 
 use crate::measure::percentile;
 use crate::rig::{AMPLITUDE, Circling, PERIOD};
-use crate::scenes::N_PRIMARY;
 use crate::table::{Goal as Target, Row};
+use hysteron_studies::tendon::scenes::N_PRIMARY;
 
 /// Samples before those that are measured: the circle's attack.
 const N_WARM: usize = 300;

@@ -4,7 +4,7 @@ use hysteron_base::rng;
 use hysteron_twin::{Stepper, Target, Twin};
 use rand::RngExt;
 
-use crate::scenes::N_PRIMARY;
+use hysteron_studies::tendon::scenes::N_PRIMARY;
 
 /// Stroke per step of the circular drive [m].
 pub const STROKE_PER_STEP: f64 = 0.02e-3;
@@ -64,11 +64,4 @@ pub fn with_noise(targets: &[Vec<Target>], n_noisy: usize, width: f64) -> Vec<Ve
         }
     }
     noisy
-}
-
-/// p0 pulled to `stroke` [m], the other tendons without tension.
-pub fn one_sided(n_tendons: usize, stroke: f64) -> Vec<Target> {
-    let mut targets = vec![Target::Tension(0.0); n_tendons];
-    targets[0] = Target::Stroke(stroke);
-    targets
 }

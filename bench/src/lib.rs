@@ -1,19 +1,23 @@
-//! Code shared by the targets, the studies, the benchmarks and the comparison tests.
+//! Code shared by the targets and the benchmarks.
 //!
-//! `columns` reads tables, `scenes` builds the robots in code, `drive` makes their commands, `measure` times
-//! steps, `table` prints and writes figures, `rig` drives the virtual rig, `coreact` identifies and rolls
-//! out, `fit` fits a scene, `growth` times the readers on larger and larger files, `learn` trains a network,
-//! `study` compares with other programs and with a real robot.
+//! `drive` makes commands, `measure` times
+//! steps, `table` prints and writes figures, `rig` drives the virtual rig, `emulated` records from the emulated one, `coreact`
+//! identifies and rolls out, `fit` fits a scene, `growth` times the readers on larger and larger files, `learn` trains a network.
 
-pub mod columns;
 pub mod coreact;
 pub mod drive;
+pub mod emulated;
 pub mod fit;
 pub mod growth;
 pub mod learn;
 pub mod measure;
 pub mod rig;
-pub mod scenes;
-pub mod study;
 pub mod table;
 pub mod targets;
+
+use std::path::Path;
+
+/// Root of the repository.
+pub fn repository() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}

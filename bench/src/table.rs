@@ -1,6 +1,7 @@
 //! Figures with their baseline and target: printed for people, written for programs.
 #![allow(clippy::print_stdout)] // this program prints tables
 
+use hysteron_studies::runner::table::aligned;
 use serde::Serialize;
 
 /// Target of a figure.
@@ -75,21 +76,6 @@ impl Row {
     }
 }
 
-/// Prints rows of cells, columns aligned, the first one to the left.
-pub fn print_cells(cells: &[Vec<String>]) {
-    let n_columns = cells.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |c: usize| cells.iter().filter_map(|row| row.get(c)).map(|s| s.chars().count()).max();
-    let widths: Vec<usize> = (0..n_columns).map(|c| width(c).unwrap_or(0)).collect();
-    for row in cells {
-        let mut line = String::new();
-        for (c, cell) in row.iter().enumerate() {
-            let space = " ".repeat(widths[c] - cell.chars().count());
-            line += &if c == 0 { format!("{cell}{space}") } else { format!("  {space}{cell}") };
-        }
-        println!("{}", line.trim_end());
-    }
-}
-
 /// Prints the table of targets.
 pub fn print_rows(rows: &[Row]) {
     let heading = ["name", "measured", "unit", "baseline", "ratio", "target", "met"];
@@ -112,7 +98,7 @@ pub fn print_rows(rows: &[Row]) {
             met.to_owned(),
         ]);
     }
-    print_cells(&cells);
+    aligned(&cells).iter().for_each(|line| println!("{line}"));
 }
 
 /// Three or four significant digits.

@@ -24,9 +24,11 @@ use crate::measure::{
     Run, machine, peak_memory_mb, percentile, percentile_of_steps, processor_seconds, shortest,
 };
 use crate::rig;
-use crate::scenes::{N_PRIMARY, N_TENDONS, Setting, sofa_mesh, sofa_scene, tube, tube_scene};
-use crate::study;
 use crate::table::{Goal, Row, print_rows};
+use crate::{emulated, repository};
+use hysteron_studies::tendon::scenes::{
+    N_PRIMARY, N_TENDONS, Setting, sofa_mesh, sofa_scene, tube, tube_scene,
+};
 
 /// SOFA on this scene, one linearisation a step and not converged [steps/s]; `tests/reference/sofa`, one core of
 /// a 2.6 GHz Xeon with AVX-512.
@@ -85,10 +87,10 @@ impl Effort {
 /// # Errors
 /// A step fails, or the reference cannot be read.
 pub fn run(effort: Effort, path: &Path) -> Result<()> {
-    let mesh = sofa_mesh()?;
-    let few = sofa_scene(Setting::TARGETS, &mesh, N_PRIMARY)?;
-    let many = sofa_scene(Setting::TARGETS, &mesh, N_TENDONS)?;
-    let rubbing = sofa_scene(Setting::RUBBING, &mesh, N_PRIMARY)?;
+    let mesh = sofa_mesh(repository())?;
+    let few = sofa_scene(repository(), Setting::TARGETS, &mesh, N_PRIMARY)?;
+    let many = sofa_scene(repository(), Setting::TARGETS, &mesh, N_TENDONS)?;
+    let rubbing = sofa_scene(repository(), Setting::RUBBING, &mesh, N_PRIMARY)?;
     let n = effort.n_steps;
     let circle = drive::with_tensions(N_PRIMARY, n, 0.0);
     let strokes = drive::with_strokes(&many, n)?;
@@ -159,7 +161,7 @@ pub fn run(effort: Effort, path: &Path) -> Result<()> {
     rows.push(Row::new("two threads: gain by processor time", by_processor_time, "-"));
     rows.extend(scaling(effort, &mut worst)?);
     rows.extend(rig::rows(effort.repetitions)?);
-    rows.extend(study::rig::rows(effort.recorded)?);
+    rows.extend(emulated::rows(effort.recorded)?);
     rows.extend(coreact::rows(effort.repetitions, effort.n_identified)?);
     rows.extend(fit::rows(effort.n_fitted)?);
     rows.extend(learn::rows(effort.repetitions, effort.n_samples)?);

@@ -85,7 +85,7 @@ fn run(program: &Program, context: &Context) -> anyhow::Result<Printed> {
         Verb::FitSensor(options) => Printed::new(&workflow::tendon::fit_sensor::run(options, context)?),
         Verb::Sense(options) => Printed::new(&workflow::tendon::sense::run(options, context)?),
         Verb::IdentifyServo(options) => Printed::new(&workflow::rig::identify_servo::run(options, context)?),
-        Verb::Study(arguments) => Printed::untyped(&study::verb(arguments, &program.passed_on(), context)?),
+        Verb::Study(arguments) => study::verb(arguments, &program.passed_on(), context),
         Verb::Run(options) => Printed::untyped(&study::run(options, &program.passed_on(), context)?),
         Verb::Demo(arguments) => {
             Printed::untyped(&study::demo::run(arguments, &program.passed_on(), context)?)

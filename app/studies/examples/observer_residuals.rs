@@ -17,7 +17,7 @@ use hysteron_arm_estimation::{ArmRecording, ColumnMap, ImportOptions, JointQuant
 use hysteron_arm_learning::datasets::kuka_arm;
 use hysteron_base::{Metadata, Recording, json};
 use hysteron_fuzz::data_folder;
-use hysteron_studies::estimation::{KnownArm, TERMS};
+use hysteron_studies::arm::estimation::{KnownArm, TERMS};
 use serde_json::Value;
 
 type Fallible<T> = Result<T, Box<dyn Error>>;

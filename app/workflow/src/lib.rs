@@ -33,10 +33,6 @@ pub mod shared;
 pub mod study;
 pub mod tendon;
 
-pub use figures::{
-    arm_estimation as arm_estimation_figures, arm_identification::study as identification_study_figures,
-    arm_neural as arm_neural_figures, arm_study as arm_study_figures,
-};
 pub use shared::context::{Context, Progress, ProgressSink, Silent};
 pub use shared::error::{Cancelled, WorkflowError, is_bad_input};
 

@@ -119,8 +119,7 @@ fn no_input_is_written_over_and_no_result_of_another_command() {
 #[test]
 fn a_study_of_estimators_is_reported_and_found_again() {
     let place = tempfile::tempdir().unwrap();
-    let study =
-        || run(place.path(), &["arm", "study", "wrist", "--seeds", "1", "--out", "wrist"]).succeeded();
+    let study = || run(place.path(), &["study", "wrist", "--seeds", "1", "--out", "wrist"]).succeeded();
     study();
     let read = |name: &str| std::fs::read_to_string(place.path().join("wrist").join(name)).unwrap();
     let (report, metrics) = (read("report.html"), read("metrics.json"));
@@ -142,27 +141,15 @@ fn a_study_of_estimators_is_reported_and_found_again() {
 }
 
 #[test]
-fn a_first_seed_is_refused_by_studies_whose_rows_share_nothing() {
+fn studies_are_listed_with_their_durations_and_older_names_still_work() {
     let place = tempfile::tempdir().unwrap();
-    let sets = [
-        "baxter-circle",
-        "kuka",
-        "panda",
-        "recorded",
-        "scara",
-        "wrist",
-        "identification",
-        "force",
-        "cloning",
-    ];
-    for set in sets {
-        let study =
-            run(place.path(), &["arm", "study", set, "--first-seed", "1", "--data", ".", "--out", "out"]);
-        let error = study.error(2);
-        for part in ["--first-seed", "simulated, characters, neural and neural-networks", "got 1"] {
-            assert!(error.contains(part), "{set}: no {part:?} in {error}");
-        }
-        assert!(names_in(place.path()).is_empty(), "{set}");
+    let list = run(place.path(), &["study", "--help"]).succeeded().stdout;
+    for name in ["sofa", "coreact", "ablation", "simulated", "wrist", "force", "neural-networks", "cloning"] {
+        assert!(list.contains(&format!("  {name} ")), "no {name} in {list}");
+    }
+    for older in [&["arm", "study", "force"][..], &["study", "ladder"], &["study", "delan"]] {
+        let help = run(place.path(), &[older, &["--help"]].concat()).succeeded().stdout;
+        assert!(help.contains("--out <DIR>"), "{older:?}: {help}");
     }
 }
 

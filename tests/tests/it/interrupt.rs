@@ -182,11 +182,11 @@ fn verbs_of_arms_end_when_asked() {
             "arm fit neural nad --out b.safetensors",
             "arm excite panda --out c.csv --generations 100000",
             "arm generate --out d",
-            "arm study simulated --out e",
-            "arm study scara --out f",
-            "arm study wrist --out g",
+            "study simulated --out e",
+            "study scara --out f",
+            "study wrist --out g",
             "arm study force --out h",
-            "arm study neural --out i",
+            "study neural --out i",
         ],
     );
 }

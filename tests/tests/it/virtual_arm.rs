@@ -135,7 +135,7 @@ fn what_is_not_in_the_set_is_refused_with_what_is() {
 #[test]
 fn forces_are_estimated_as_in_table_six() {
     let place = tempfile::tempdir().unwrap();
-    run(place.path(), &["arm", "study", "force", "--seeds", "1", "--out", "out"]).succeeded();
+    run(place.path(), &["study", "force", "--seeds", "1", "--out", "out"]).succeeded();
     let metrics = std::fs::read(place.path().join("out/metrics.json")).unwrap();
     let metrics: serde_json::Value = json::from_text(&metrics).unwrap();
     let mean = |method: usize, key: &str| {
@@ -152,7 +152,7 @@ fn forces_are_estimated_as_in_table_six() {
     // What is done is found again.
     let cell = place.path().join("out/cells/arm-1.json");
     let before = std::fs::metadata(&cell).unwrap().modified().unwrap();
-    run(place.path(), &["arm", "study", "force", "--seeds", "1", "--out", "out"]).succeeded();
+    run(place.path(), &["study", "force", "--seeds", "1", "--out", "out"]).succeeded();
     assert_eq!(std::fs::metadata(&cell).unwrap().modified().unwrap(), before);
     for part in ["GMO-drive", "(0.58)", "stand-in for NAD", "Learned threshold"] {
         assert!(report.contains(part), "{part}");
@@ -232,8 +232,7 @@ fn the_study_of_forces_reads_tables_of_nad() {
         std::fs::write(path, table).unwrap();
     }
     let mean = |data: &str| {
-        run(place.path(), &["arm", "study", "force", "--data", data, "--out", &format!("out-{data}")])
-            .succeeded();
+        run(place.path(), &["study", "force", "--data", data, "--out", &format!("out-{data}")]).succeeded();
         let metrics = std::fs::read(place.path().join(format!("out-{data}/metrics.json"))).unwrap();
         let metrics: serde_json::Value = json::from_text(&metrics).unwrap();
         assert!(metrics["about"].as_str().unwrap().contains(data), "{metrics}");
@@ -244,6 +243,6 @@ fn the_study_of_forces_reads_tables_of_nad() {
     let [recorded, imported] = ["set", "nad"].map(mean);
     // Import resamples to a fixed rate, so the estimates differ a little.
     assert!((recorded / imported - 1.0).abs() < 0.1, "{recorded} {imported}");
-    let missing = run(place.path(), &["arm", "study", "force", "--data", "nowhere", "--out", "out"]);
+    let missing = run(place.path(), &["study", "force", "--data", "nowhere", "--out", "out"]);
     assert!(missing.error(2).contains("force_unlabeled"));
 }

@@ -4,8 +4,8 @@ mod fit;
 mod identify;
 
 use hysteron_base::BadInput;
+use hysteron_studies::ArmStudy;
 use hysteron_workflow::shared::outcome::Printed;
-use hysteron_workflow::study::arm as arm_study;
 use hysteron_workflow::{Context, arm};
 
 const HELP: &str = "\
@@ -62,8 +62,9 @@ enum Verb {
     Record(arm::record::Options),
     #[command(after_help = include_str!("../help/arm-simulate.txt"))]
     Simulate(arm::simulate::Options),
-    #[command(after_help = include_str!("../help/arm-study.txt"))]
-    Study(arm_study::Options),
+    /// As `hysteron study`
+    #[command(subcommand, hide = true)]
+    Study(ArmStudy),
 }
 
 /// Runs the verb.
@@ -85,7 +86,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> anyhow::Result<Printed> 
         Verb::Import { arguments } => Err(moved(arguments).into()),
         Verb::Record(options) => Printed::new(&arm::record::run(options, context)?),
         Verb::Simulate(options) => Printed::new(&arm::simulate::run(options, context)?),
-        Verb::Study(options) => Printed::untyped(&arm_study::run(options, context)?),
+        Verb::Study(study) => study.run(context),
     }
 }
 

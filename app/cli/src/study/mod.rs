@@ -4,13 +4,15 @@
 pub mod demo;
 mod runner;
 
+use hysteron_studies::{ArmStudy, TendonStudy};
 use hysteron_workflow::Context;
+use hysteron_workflow::shared::outcome::Printed;
 use hysteron_workflow::study::{self, Options};
 use serde_json::Value;
 
 use runner::Runner;
 
-/// Studies: several stages in order, each done once, into one report
+/// Studies: published results, measured again; and the chain of stages of a study file
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     #[command(subcommand)]
@@ -21,12 +23,19 @@ pub struct Arguments {
 enum Verb {
     #[command(after_help = include_str!("../help/study.txt"))]
     Run(Options),
+    #[command(flatten)]
+    Tendon(TendonStudy),
+    #[command(flatten)]
+    Arm(ArmStudy),
 }
 
 /// Runs the verb; `passed_on` are options of all verbs.
-pub fn verb(arguments: &Arguments, passed_on: &[String], context: &Context) -> anyhow::Result<Value> {
-    let Verb::Run(options) = &arguments.verb;
-    run(options, passed_on, context)
+pub fn verb(arguments: &Arguments, passed_on: &[String], context: &Context) -> anyhow::Result<Printed> {
+    match &arguments.verb {
+        Verb::Run(options) => Printed::untyped(&run(options, passed_on, context)?),
+        Verb::Tendon(study) => study.run(context),
+        Verb::Arm(study) => study.run(context),
+    }
 }
 
 /// Runs the verb; `passed_on` are options of all verbs.

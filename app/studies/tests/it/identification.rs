@@ -1,8 +1,8 @@
 //! The study of identification: what its cells must reach.
 
 use hysteron_fuzz::recorded;
-use hysteron_studies::estimation::scara_friction::friction_cell;
-use hysteron_studies::identification::{franka_cell, sweep_cell};
+use hysteron_studies::arm::estimation::scara_friction::friction_cell;
+use hysteron_studies::arm::identification::{franka_cell, sweep_cell};
 
 /// Largest errors that Wan et al. (2026) state after compensation [N m].
 const PUBLISHED: [f64; 2] = [0.263, 0.184];
@@ -13,7 +13,7 @@ fn friction_of_the_scara_is_found_from_single_trials_and_better_from_means() {
         // Means over three seeds: one draw of the noise says little.
         let cells: Vec<_> = (1..=3).map(|seed| friction_cell(joint, seed).unwrap()).collect();
         let mean =
-            |method: &str, of: &dyn Fn(&hysteron_studies::estimation::scara_friction::FrictionRow) -> f64| {
+            |method: &str, of: &dyn Fn(&hysteron_studies::arm::estimation::scara_friction::FrictionRow) -> f64| {
                 let rows =
                     cells.iter().map(|cell| cell.rows.iter().find(|row| row.method == method).unwrap());
                 rows.map(of).sum::<f64>() / cells.len() as f64

@@ -5,7 +5,9 @@ use hysteron_arm_learning::datasets::panda;
 use hysteron_arm_learning::lagrangian::{InputForm, TrainingOptions, Variant};
 use hysteron_fuzz::recorded;
 use hysteron_learn::Activation;
-use hysteron_studies::{RealOptions, SimulatedStudy, Units, real_study, shown_samples, simulated_study};
+use hysteron_studies::arm::learned::{
+    RealOptions, SimulatedStudy, Units, real_study, shown_samples, simulated_study,
+};
 
 /// Small networks that learn from four trajectories.
 fn small_study() -> SimulatedStudy {

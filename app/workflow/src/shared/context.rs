@@ -129,12 +129,12 @@ impl Context<'_> {
     }
 
     /// A folder with a report, as the last line of a result.
-    pub(crate) fn reported(&self, folder: &Path) {
+    pub fn reported(&self, folder: &Path) {
         self.print(format_args!("report: {}", folder.join("report.html").display()));
     }
 
     /// A file that was written, as the last line of a result.
-    pub(crate) fn wrote(&self, path: &Path) {
+    pub fn wrote(&self, path: &Path) {
         self.print(path.display());
     }
 }

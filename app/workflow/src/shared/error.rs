@@ -38,7 +38,7 @@ pub struct Cancelled(String);
 
 impl Cancelled {
     /// Behind "interrupted": what is kept, as in "; nothing is written".
-    pub(crate) fn new(kept: impl Into<String>) -> Self {
+    pub fn new(kept: impl Into<String>) -> Self {
         Self(kept.into())
     }
 }

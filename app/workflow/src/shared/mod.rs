@@ -2,7 +2,7 @@
 
 pub mod command_line;
 pub(crate) mod context;
-pub(crate) mod error;
+pub mod error;
 pub(crate) mod health;
 pub(crate) mod identification;
 pub(crate) mod identification_page;
@@ -16,7 +16,7 @@ pub mod number;
 pub mod outcome;
 pub mod outputs;
 pub(crate) mod paper_design;
-pub(crate) mod paths;
+pub mod paths;
 pub(crate) mod plan;
 pub(crate) mod recording_checks;
 pub(crate) mod resume;

@@ -3,7 +3,6 @@
 //! A stage is this program, started again with the arguments that a person would type. What it was made from stands
 //! in its stamp, so that a stage is done once, and again only when something that it reads has changed.
 
-pub mod arm;
 mod convert;
 mod definition;
 #[cfg(test)]

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use crate::Context;
-use crate::shared::run::{self, Outcome, RunOptions, Task};
+pub use crate::shared::run::Outcome;
+use crate::shared::run::{self, RunOptions, Task};
 
 /// Simulate a robot that follows recorded strokes
 ///

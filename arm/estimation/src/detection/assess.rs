@@ -16,7 +16,7 @@ pub struct Truth {
 }
 
 /// Recall, delay and false alarms of a test at one threshold.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 pub struct Assessment {
     /// The value of the test above which the alarm went on.
     pub threshold: f64,

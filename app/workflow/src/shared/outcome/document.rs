@@ -1,4 +1,4 @@
-//! The keys of every verb's outcome, made from the types: the second half of `docs/outcomes.md`.
+//! The keys of outcomes, made from the types: the second half of `docs/outcomes.md`.
 
 use std::fmt::Write;
 
@@ -14,7 +14,8 @@ use crate::tendon::{
 use crate::{arm, import, rig, rig::record, shared::run};
 
 /// A verb and the type of its outcome.
-struct Verb {
+#[derive(Debug)]
+pub struct VerbOutcome {
     /// As it is typed; several verbs may have one outcome.
     names: &'static [&'static str],
     schema: fn(&mut SchemaGenerator) -> Schema,
@@ -22,12 +23,13 @@ struct Verb {
     rewrite: fn(&str) -> Result<String, json::Error>,
 }
 
-const fn verb<T: Outcome>(names: &'static [&'static str]) -> Verb {
-    Verb { names, schema: T::json_schema, rewrite: |text| json::to_text(json::from_text::<T>(text)?) }
+/// The outcome `T` of the verbs of these names.
+pub const fn verb<T: Outcome>(names: &'static [&'static str]) -> VerbOutcome {
+    VerbOutcome { names, schema: T::json_schema, rewrite: |text| json::to_text(json::from_text::<T>(text)?) }
 }
 
 /// All verbs whose outcome has a type, in the order of the document.
-const VERBS: [Verb; 39] = [
+pub const VERBS: [VerbOutcome; 39] = [
     verb::<run::Outcome>(&["simulate", "reach"]),
     verb::<record::Outcome>(&["record"]),
     verb::<generate::Outcome>(&["generate"]),
@@ -79,15 +81,15 @@ pub fn rewrite(verb: &str, text: &str) -> Option<Result<String, json::Error>> {
 
 /// Line of `docs/outcomes.md` below which all is made from the types.
 pub const MARK: &str =
-    "<!-- Below: made by `cargo run --release -p hysteron-workflow --example outcomes`. -->\n";
+    "<!-- Below: made by `cargo run --release -p hysteron-studies --example outcomes`. -->\n";
 
-/// The keys of all outcomes, as Markdown.
-pub fn document() -> String {
+/// The keys of the outcomes of these verbs, as Markdown.
+pub fn document<'a>(verbs: impl IntoIterator<Item = &'a VerbOutcome>) -> String {
     let mut generator = SchemaSettings::draft2020_12().into_generator();
     let mut text =
         "\n## Keys of each verb\n\nA key that is *optional* is left out where it does not apply.\n"
             .to_owned();
-    for verb in &VERBS {
+    for verb in verbs {
         let schema = (verb.schema)(&mut generator);
         section(&mut text, &format!("### `{}`", verb.names.join("`, `")), schema.as_value());
     }

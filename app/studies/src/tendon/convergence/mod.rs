@@ -1,0 +1,8 @@
+//! `study convergence`: one tube, finer and finer. What linear and quadratic tetrahedra make of the same pull, with tendons that
+//! hold on to points, which sink into ever smaller elements, and to rings of a given size, which do not.
+
+mod outcome;
+mod run;
+
+pub use outcome::MeshResolution;
+pub use run::run;

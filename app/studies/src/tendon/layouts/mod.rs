@@ -1,0 +1,10 @@
+//! `study layouts`: layouts of auxiliary tendons, the paper's 36 compared with fewer, longer ones.
+//!
+//! The singular values of ∂tip/∂s* say in which directions a layout moves the tip, and how evenly; the
+//! identification, and a network trained on it on the tests of `coreact`, measure the benefit.
+
+mod outcome;
+mod run;
+
+pub use outcome::{LayoutMetrics, LayoutReach};
+pub use run::run;

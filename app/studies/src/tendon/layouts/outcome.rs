@@ -1,0 +1,26 @@
+//! The numbers of `study layouts`.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::tendon::coreact::TwinTable;
+
+/// The numbers of `study layouts`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct LayoutMetrics {
+    /// One for each layout.
+    pub layouts: Vec<LayoutReach>,
+    /// TwinAblation with these layouts.
+    pub ladder: TwinTable,
+}
+
+/// The identification with a layout.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct LayoutReach {
+    /// Name of the layout.
+    pub layout: String,
+    /// Singular values of ∂tip/∂s*, in the median of all samples [-].
+    pub singular_values: [f64; 3],
+    /// Median and 99th percentile of the distance left, each in the mean of the recordings [mm].
+    pub left_median_p99_mm: [f64; 2],
+}

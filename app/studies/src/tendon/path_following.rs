@@ -1,0 +1,153 @@
+//! How closely a tip followed its target, in the numbers that every table of tracking shows: error in space and at
+//! equal times, overlap, lag. A method that is late looks good in space alone.
+
+use anyhow::Context as _;
+use hysteron_control::tracking::TrackingScore;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Quantities of [`means`], for the first cell of a table.
+pub const HEADING: &str = "NRMSE [%], IoU, at equal times [mm], lag [ms]";
+
+/// How closely the tip of one repeat followed its target.
+#[derive(Debug, Clone, Copy)]
+pub struct Followed {
+    /// NRMSE [%].
+    pub nrmse_percent: f64,
+    /// Overlap [-].
+    pub iou: f64,
+    /// Root mean square distance from where the tip was to be at that time [mm]; the paper gives none.
+    pub aligned_rmse_mm: Option<f64>,
+    /// Lag behind the target [ms].
+    pub lag_ms: Option<f64>,
+}
+
+impl Followed {
+    /// Of a score.
+    ///
+    /// # Errors
+    /// The target encloses nothing, so that its path has no NRMSE or no overlap.
+    pub fn of(score: &TrackingScore) -> anyhow::Result<Self> {
+        let (nrmse, iou) = score.nrmse.zip(score.iou).context("a target without NRMSE or overlap")?;
+        Ok(Self {
+            nrmse_percent: 100.0 * nrmse,
+            iou,
+            aligned_rmse_mm: score.aligned_rmse_m.map(|m| 1e3 * m),
+            lag_ms: score.lag_s.map(|s| 1e3 * s),
+        })
+    }
+
+    /// The mean of every number, of those that have it.
+    fn mean(all: &[Self]) -> Self {
+        Self {
+            nrmse_percent: mean(all.iter().map(|one| one.nrmse_percent)).unwrap_or(f64::NAN),
+            iou: mean(all.iter().map(|one| one.iou)).unwrap_or(f64::NAN),
+            aligned_rmse_mm: mean(all.iter().filter_map(|one| one.aligned_rmse_mm)),
+            lag_ms: mean(all.iter().filter_map(|one| one.lag_ms)),
+        }
+    }
+
+    /// `, 0.65, -5` for millimetres and milliseconds, as far as they are known.
+    fn in_time(&self) -> String {
+        match (self.aligned_rmse_mm, self.lag_ms) {
+            (Some(aligned), Some(lag)) => format!(", {aligned:.2}, {lag:.0}"),
+            _ => String::new(),
+        }
+    }
+}
+
+/// How closely a tip followed its target, for programs; null where the rig did not carry the strokes out.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
+pub struct FollowedKeys {
+    /// NRMSE [%].
+    pub nrmse_percent: Option<f64>,
+    /// Overlap [-].
+    pub iou: Option<f64>,
+    /// Root mean square distance from where the tip was to be at that time [mm].
+    pub aligned_rmse_mm: Option<f64>,
+    /// Lag behind the target [ms].
+    pub lag_ms: Option<f64>,
+}
+
+impl FollowedKeys {
+    /// Of a cell of a table.
+    pub fn of(cell: Option<&Followed>) -> Self {
+        Self {
+            nrmse_percent: cell.map(|one| one.nrmse_percent),
+            iou: cell.map(|one| one.iou),
+            aligned_rmse_mm: cell.and_then(|one| one.aligned_rmse_mm),
+            lag_ms: cell.and_then(|one| one.lag_ms),
+        }
+    }
+}
+
+/// One method for strokes.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct FollowedMethod {
+    /// Name of the method.
+    pub method: String,
+    /// How closely the tip followed the target.
+    #[serde(flatten)]
+    pub followed: FollowedKeys,
+}
+
+/// Means over the runs, and how many targets were not run.
+pub fn means(cells: &[Option<Followed>]) -> String {
+    let all: Vec<Followed> = cells.iter().flatten().copied().collect();
+    if all.is_empty() {
+        return "-".to_owned();
+    }
+    let of_all = Followed::mean(&all);
+    let Followed { nrmse_percent, iou, .. } = of_all;
+    format!("{nrmse_percent:.2}, {iou:.3}{}{}", of_all.in_time(), refused((cells.len() - all.len()) as u64))
+}
+
+/// Means and deviations over repeats, and how many networks' strokes were refused.
+pub fn spreads(all: &[Followed], n_refused: u64) -> String {
+    if all.is_empty() {
+        return "-".to_owned();
+    }
+    let of_all = Followed::mean(all);
+    let spread = |of: fn(&Followed) -> f64, digits: usize| {
+        let squares = all.iter().map(|one| (of(one) - of(&of_all)).powi(2));
+        let deviation = mean(squares).unwrap_or(0.0).sqrt();
+        format!("{:.digits$} ± {deviation:.digits$}", of(&of_all))
+    };
+    let (nrmse, iou) = (spread(|one| one.nrmse_percent, 2), spread(|one| one.iou, 3));
+    format!("{nrmse}, {iou}{}{}", of_all.in_time(), refused(n_refused))
+}
+
+fn refused(count: u64) -> String {
+    if count == 0 { String::new() } else { format!(" ({count} refused)") }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    (count > 0.0).then(|| sum / count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ONE: Followed =
+        Followed { nrmse_percent: 2.0, iou: 0.9, aligned_rmse_mm: Some(1.0), lag_ms: Some(50.0) };
+
+    #[test]
+    fn refused_paths_are_told_and_do_not_count() {
+        let other =
+            Followed { nrmse_percent: 1.0, iou: 0.8, aligned_rmse_mm: Some(2.0), lag_ms: Some(-20.0) };
+        assert_eq!(means(&[Some(ONE), Some(other)]), "1.50, 0.850, 1.50, 15");
+        assert_eq!(means(&[Some(ONE), None]), "2.00, 0.900, 1.00, 50 (1 refused)");
+        assert_eq!(means(&[None]), "-");
+        assert_eq!(FollowedKeys::of(None).lag_ms, None);
+        // Deviations of half of the differences.
+        assert_eq!(spreads(&[ONE, other], 3), "1.50 ± 0.50, 0.850 ± 0.050, 1.50, 15 (3 refused)");
+    }
+
+    #[test]
+    fn what_a_paper_does_not_give_is_not_told() {
+        let printed = Followed { aligned_rmse_mm: None, lag_ms: None, ..ONE };
+        assert_eq!(spreads(&[printed], 0), "2.00 ± 0.00, 0.900 ± 0.000");
+    }
+}

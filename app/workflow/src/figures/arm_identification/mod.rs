@@ -1,3 +1,0 @@
-//! Reports of the study of identification.
-
-pub mod study;
