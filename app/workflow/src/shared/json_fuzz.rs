@@ -9,7 +9,7 @@ use hysteron_fuzz::text::{slipped_json, slips};
 
 use crate::is_bad_input;
 use crate::shared::health::Baseline;
-use crate::tendon::sense::file::{self, Robot};
+use crate::tendon::sense::file::{self, SensedRobot};
 
 /// Most memory of this process, the other tests in it included [bytes].
 const MEMORY_MAX: u64 = 500_000_000;
@@ -48,7 +48,7 @@ fn no_slip_in_a_sensor_does_harm() {
             },
         },
     });
-    let robot = Robot { scene: "a", network: None };
+    let robot = SensedRobot { scene: "a", network: None };
     tried("sensor", &json::to_text(&sensor).unwrap(), |path| file::read(path, &robot).map(drop));
 }
 

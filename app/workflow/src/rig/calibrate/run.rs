@@ -57,7 +57,7 @@ fn calibrate_rig(options: &Options, context: &Context) -> anyhow::Result<Outcome
             calibrate(&mut hardware, rig, date, &|| context.is_cancelled(), &mut log)?
         }
     };
-    if let Some(Earlier { aside, text, .. }) = before {
+    if let Some(EarlierCalibration { aside, text, .. }) = before {
         file::write_bytes(&aside, text)?;
         context.print(format_args!("the calibration before: {}", aside.display()));
     }
@@ -77,7 +77,7 @@ fn expected_registers(options: &Options, before: Option<&RigCalibration>) -> Reg
 }
 
 /// The calibration that is to be replaced.
-struct Earlier {
+struct EarlierCalibration {
     calibration: RigCalibration,
     /// Where it is kept, under its date.
     aside: PathBuf,
@@ -85,7 +85,7 @@ struct Earlier {
 }
 
 /// The calibration that is to be replaced. Anything else is not replaced.
-fn earlier(out: &Path) -> anyhow::Result<Option<Earlier>> {
+fn earlier(out: &Path) -> anyhow::Result<Option<EarlierCalibration>> {
     if !out.exists() {
         return Ok(None);
     }
@@ -100,7 +100,7 @@ fn earlier(out: &Path) -> anyhow::Result<Option<Earlier>> {
         _ => out.with_extension(format!("{date}-{number}.toml")),
     };
     let is_free = |path: &PathBuf| !path.exists() || file::read_text(path).is_ok_and(|there| there == text);
-    Ok((0..).map(named).find(is_free).map(|aside| Earlier { calibration: found, aside, text }))
+    Ok((0..).map(named).find(is_free).map(|aside| EarlierCalibration { calibration: found, aside, text }))
 }
 
 fn print(calibration: &RigCalibration, context: &Context) {

@@ -10,7 +10,7 @@ use crate::shared::identification::{Row, deviation, estimates, judged};
 use crate::shared::verdict::{Judged, parameters};
 
 /// Result of identifying a servo, or the reason why there is none.
-pub(super) struct Found {
+pub(super) struct IdentifiedPulley {
     /// Number, from 1.
     pub number: usize,
     /// Radius of its pulley [m].
@@ -27,7 +27,7 @@ pub(super) struct Found {
     pub rows: Vec<Row>,
 }
 
-impl Found {
+impl IdentifiedPulley {
     /// As the outcome holds it.
     pub(super) fn estimates(&self) -> ServoEstimates {
         let pulley = self.pulley.as_ref();
@@ -67,15 +67,15 @@ impl Found {
 }
 
 /// Whether what was found of all servos can be used.
-pub(super) fn verdict(found: &[Found]) -> Verdict {
+pub(super) fn verdict(found: &[IdentifiedPulley]) -> Verdict {
     let none = found.iter().filter(|servo| servo.pulley.is_err()).count();
-    let share = |servo: &Found| {
+    let share = |servo: &IdentifiedPulley| {
         let pulley = servo.pulley.as_ref().ok()?;
         Some((rms(&pulley.residuals) / deviation(&pulley.friction), servo.number))
     };
     let worst = found.iter().filter_map(share).max_by(|a, b| a.0.total_cmp(&b.0));
     let fitted = found.iter().filter(|servo| servo.pulley.is_ok());
-    let rows: Vec<Judged> = fitted.flat_map(Found::judged).collect();
+    let rows: Vec<Judged> = fitted.flat_map(IdentifiedPulley::judged).collect();
     let judged = Verdict::on(format!("friction and backlash of {} servos are known", found.len() - none))
         .because(
             Criterion::Missing,

@@ -3,7 +3,7 @@
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
 
-use super::found::Found;
+use super::found::IdentifiedPulley;
 use super::outcome::Outcome;
 use crate::shared::identification::ESTIMATE_HEADINGS;
 use crate::shared::identification_page::{
@@ -11,7 +11,11 @@ use crate::shared::identification_page::{
 };
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
-pub(super) fn write(folder: &ReportFolder, found: &[Found], outcome: &Outcome) -> anyhow::Result<()> {
+pub(super) fn write(
+    folder: &ReportFolder,
+    found: &[IdentifiedPulley],
+    outcome: &Outcome,
+) -> anyhow::Result<()> {
     let about = format!(
         "Load scale, friction by the law {} at speeds that were recorded, and backlash of {} servos.",
         outcome.law,
@@ -52,7 +56,7 @@ pub(super) fn write(folder: &ReportFolder, found: &[Found], outcome: &Outcome) -
     finish(folder, page, &outcome.recording_warnings)
 }
 
-fn series(servo: &Found) -> Option<JointSeries> {
+fn series(servo: &IdentifiedPulley) -> Option<JointSeries> {
     let pulley = servo.pulley.as_ref().ok()?;
     let measured: Vec<f64> = pulley.friction.clone();
     let predicted = measured.iter().zip(&pulley.residuals).map(|(m, left)| m - left).collect();
@@ -61,7 +65,7 @@ fn series(servo: &Found) -> Option<JointSeries> {
     Some(JointSeries::new(name, [velocity, measured, predicted], &|v| servo.friction(v)))
 }
 
-fn reversals(servo: &Found) -> Option<Scatter> {
+fn reversals(servo: &IdentifiedPulley) -> Option<Scatter> {
     let backlash = servo.backlash.as_ref().ok()?;
     let mm = 1e3 * servo.radius;
     let (mut way, mut tension) = (Vec::new(), Vec::new());

@@ -10,11 +10,11 @@ use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_fit::Identifiability;
 use hysteron_report::folder::ReportFolder;
 
-use super::found::{Found, rms, verdict};
+use super::found::{IdentifiedPulley, rms, verdict};
 use super::options::Options;
 use super::outcome::Outcome;
 use super::page;
-use super::servos::{Servo, common_period, servos};
+use super::servos::{RecordedServo, common_period, servos};
 use crate::shared::error::Cancelled;
 use crate::shared::identification::{IdentificationFormat, LOAD_SCALE, Row, print_rows};
 use crate::shared::outputs::Outputs;
@@ -62,7 +62,7 @@ fn identify_servos(options: &Options, context: &Context) -> anyhow::Result<Outco
         slowest_rad_s: slowest(period),
         period_s: period,
         recordings: files.iter().map(|input| [input.name.clone(), input.hash.clone()]).collect(),
-        servos: found.iter().map(Found::estimates).collect(),
+        servos: found.iter().map(IdentifiedPulley::estimates).collect(),
         verdict: verdict(&found),
         recording_warnings: findings.into_warnings(),
         command: context.command.clone(),
@@ -82,7 +82,7 @@ fn slowest(period: f64) -> f64 {
     finest_speed(period).max(SLOWEST)
 }
 
-fn identify(servo: &Servo, options: &Options, period: f64) -> Found {
+fn identify(servo: &RecordedServo, options: &Options, period: f64) -> IdentifiedPulley {
     let courses = servo.courses.iter();
     let records: Vec<PulleyRecord> = courses
         .map(|course| PulleyRecord {
@@ -102,7 +102,7 @@ fn identify(servo: &Servo, options: &Options, period: f64) -> Found {
     let backlash = identify_backlash(&records);
     let has_tension = records.iter().any(|record| record.tension.is_some());
     let rows = rows(&pulley, &backlash, (options.stall_torque, servo.radius, has_tension), period);
-    Found { number: servo.number, radius: servo.radius, law, pulley, backlash, has_tension, rows }
+    IdentifiedPulley { number: servo.number, radius: servo.radius, law, pulley, backlash, has_tension, rows }
 }
 
 /// Everything that was told, and what was not with what to record.
@@ -162,7 +162,7 @@ fn rows(
     rows
 }
 
-fn print(found: &Found, context: &Context) {
+fn print(found: &IdentifiedPulley, context: &Context) {
     match &found.pulley {
         Ok(pulley) => {
             let source = if found.has_tension { "with measured tensions" } else { "of a slack tendon" };

@@ -9,19 +9,19 @@ use crate::shared::inputs::Input;
 use crate::tendon::sense::input::stroke_per_tick;
 
 /// Motion of one servo in one recording, positive where it pulls.
-pub(super) struct Course {
+pub(super) struct PulleyCourse {
     pub angle: Vec<f64>,
     pub load: Vec<f64>,
     pub tension: Option<Vec<f64>>,
 }
 
 /// One servo of a rig in all recordings.
-pub(super) struct Servo {
+pub(super) struct RecordedServo {
     /// Number, from 1.
     pub number: usize,
     /// Radius of its pulley, as strokes over ticks have it [m].
     pub radius: f64,
-    pub courses: Vec<Course>,
+    pub courses: Vec<PulleyCourse>,
 }
 
 /// Recordings of one rate, within 1 %.
@@ -73,7 +73,7 @@ impl<'a> Channels<'a> {
 }
 
 /// Servos of the rig, those of the numbers in `wanted` or all; strokes and goals say how each winds.
-pub(super) fn servos(files: &[Input], wanted: &[usize]) -> anyhow::Result<Vec<Servo>> {
+pub(super) fn servos(files: &[Input], wanted: &[usize]) -> anyhow::Result<Vec<RecordedServo>> {
     let channels = files
         .iter()
         .map(|input| Channels::of(&input.recording).map_err(|bad| bad.within(input.path.display())))
@@ -91,7 +91,7 @@ pub(super) fn servos(files: &[Input], wanted: &[usize]) -> anyhow::Result<Vec<Se
     Ok(numbers.map(|number| servo(&channels, number)).collect::<Result<_, _>>()?)
 }
 
-fn servo(channels: &[Channels], number: usize) -> Result<Servo, BadInput> {
+fn servo(channels: &[Channels], number: usize) -> Result<RecordedServo, BadInput> {
     let k = number - 1;
     let per_tick: Vec<f64> = channels
         .iter()
@@ -110,11 +110,11 @@ fn servo(channels: &[Channels], number: usize) -> Result<Servo, BadInput> {
             .hint("are all of them of one rig, with one calibration?"));
     }
     let sign = mean.signum();
-    let course = |channels: &Channels| Course {
+    let course = |channels: &Channels| PulleyCourse {
         angle: channels.present[k].iter().map(|ticks| sign * ticks * TAU / TICKS_PER_TURN).collect(),
         load: channels.loads[k].iter().map(|load| sign * load).collect(),
         tension: channels.tensions.as_ref().map(|tensions| tensions[k].to_vec()),
     };
     let radius = mean.abs() * TICKS_PER_TURN / TAU;
-    Ok(Servo { number, radius, courses: channels.iter().map(course).collect() })
+    Ok(RecordedServo { number, radius, courses: channels.iter().map(course).collect() })
 }

@@ -29,7 +29,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 }
 
 fn record(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
-    let (session, work) = Session::read(options)?;
+    let (session, work) = RecordingPlan::read(options)?;
     let figures = session.figures()?;
     let calibration = session.source.calibration(options.calibration.as_ref())?;
     // Until all is done: the folder, and each file for those who name it alone.
@@ -83,7 +83,7 @@ fn log_begin(name: &str, missing: &[Job], n_there: usize) {
 }
 
 /// A session before anything moves: all that is read, but for its trajectories.
-struct Session<'a> {
+struct RecordingPlan<'a> {
     options: &'a Options,
     source: Source,
     tip_force: Option<TipForce>,
@@ -93,7 +93,7 @@ struct Session<'a> {
     folder: Option<&'a Path>,
 }
 
-impl<'a> Session<'a> {
+impl<'a> RecordingPlan<'a> {
     /// Reads what the options name, and the trajectories.
     fn read(options: &'a Options) -> anyhow::Result<(Self, Work)> {
         let source = Source::read(&options.rig)?;

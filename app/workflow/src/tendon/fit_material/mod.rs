@@ -9,5 +9,5 @@ mod scene_file;
 mod verdict;
 
 pub use options::{FrameChoice, MAX_STEPS, Options};
-pub use outcome::{FittedParameter, Outcome, TipErrors};
+pub use outcome::{FittedParameter, FittedTipErrors, Outcome};
 pub use run::run;

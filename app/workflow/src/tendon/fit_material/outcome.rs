@@ -28,9 +28,9 @@ pub struct Outcome {
     /// Correlation, rows and columns in the order of the parameters; zero where one was not fitted [-].
     pub correlation: Vec<Vec<f64>>,
     /// Errors of the scene as given.
-    pub errors_before: TipErrors,
+    pub errors_before: FittedTipErrors,
     /// Errors of the fitted scene.
-    pub errors_after: TipErrors,
+    pub errors_after: FittedTipErrors,
     /// Gravity of the fitted scene [m/s²].
     pub gravity_m_s2: [f64; 3],
     /// Largest tension of every tendon with the fitted scene [N].
@@ -95,8 +95,7 @@ pub struct FittedParameter {
 
 /// Errors of the twin's tip.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "FitTipErrors")]
-pub struct TipErrors {
+pub struct FittedTipErrors {
     /// Root mean square along x, y and z [m].
     pub rmse_axes_m: [f64; 3],
     /// Root mean square of the distance [m].
@@ -129,7 +128,7 @@ impl Outcome {
     pub(super) fn new(finished: &FinishedFit, context: &Context) -> Self {
         let FinishedFit { scene, motions, selected, found, .. } = *finished;
         let fit = &found.fit;
-        let errors = |k: usize| TipErrors {
+        let errors = |k: usize| FittedTipErrors {
             rmse_axes_m: found.errors[k].axes,
             rmse_distance_m: found.errors[k].distance,
         };

@@ -6,7 +6,7 @@ use hysteron_report::page::Page;
 use hysteron_report::series::{MEASURED, TWIN, UNCORRECTED};
 use hysteron_twin::fit::{Estimate, ParameterScale, Selected};
 
-use super::outcome::{FittedParameter, Outcome, TipErrors, digits, standing};
+use super::outcome::{FittedParameter, FittedTipErrors, Outcome, digits, standing};
 use super::verdict::FinishedFit;
 use crate::shared::recording_checks;
 
@@ -24,7 +24,7 @@ pub(super) fn write(folder: &ReportFolder, outcome: &Outcome, finished: &Finishe
         &["Parameter", "Scene", "Fitted", "Standard error", "Bounds", "Believed within", "Identifiability"],
         rows(finished),
     );
-    let error_row = |name: &str, errors: &TipErrors| {
+    let error_row = |name: &str, errors: &FittedTipErrors| {
         let mm =
             errors.rmse_axes_m.iter().chain([&errors.rmse_distance_m]).map(|m| format!("{:.3}", 1e3 * m));
         std::iter::once(name.to_owned()).chain(mm).collect::<Vec<_>>()
@@ -44,7 +44,7 @@ pub(super) fn write(folder: &ReportFolder, outcome: &Outcome, finished: &Finishe
         ("Constant channels left out", outcome.constant_channels.to_string()),
         ("Recordings of another role left out", outcome.recordings_of_another_role.to_string()),
     ]);
-    for shown in [Shown::Tips, Shown::Errors] {
+    for shown in [PlottedQuantity::Tips, PlottedQuantity::Errors] {
         folder.add(&mut page, &chart(finished, shown))?;
     }
     recording_checks::show(&outcome.recording_warnings, &mut page);
@@ -90,13 +90,13 @@ fn correlation_rows(outcome: &Outcome) -> Vec<Vec<String>> {
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Shown {
+enum PlottedQuantity {
     Tips,
     Errors,
 }
 
 /// The measured rows of all recordings, one after the other, with a panel for each coordinate.
-fn chart(finished: &FinishedFit, shown: Shown) -> TimeChart {
+fn chart(finished: &FinishedFit, shown: PlottedQuantity) -> TimeChart {
     let (mut time, mut offset) = (Vec::new(), 0.0);
     let mut values = [const { [const { Vec::new() }; 3] }; 3];
     for (m, (motion, course)) in finished.motions.iter().zip(&finished.found.courses).enumerate() {
@@ -107,7 +107,7 @@ fn chart(finished: &FinishedFit, shown: Shown) -> TimeChart {
             time.push(offset + times[row]);
             for c in 0..3 {
                 let tips = [0, 1].map(|k| finished.found.tips[k][m][row][c]);
-                let zero = if shown == Shown::Errors { measured[c] } else { 0.0 };
+                let zero = if shown == PlottedQuantity::Errors { measured[c] } else { 0.0 };
                 values[0][c].push(1e3 * measured[c]);
                 values[1][c].push(1e3 * (tips[0] - zero));
                 values[2][c].push(1e3 * (tips[1] - zero));
@@ -120,7 +120,7 @@ fn chart(finished: &FinishedFit, shown: Shown) -> TimeChart {
     }
     let names = ["measured", "scene", "fitted"];
     let colors = [MEASURED, UNCORRECTED, TWIN];
-    let first = if shown == Shown::Errors { 1 } else { 0 };
+    let first = if shown == PlottedQuantity::Errors { 1 } else { 0 };
     let panel = |c: usize| TimePanel {
         label: format!("{} [mm]", ["x", "y", "z"][c]),
         curves: (first..3)
@@ -133,13 +133,13 @@ fn chart(finished: &FinishedFit, shown: Shown) -> TimeChart {
             .collect(),
     };
     let (name, title, caption) = match shown {
-        Shown::Tips => (
+        PlottedQuantity::Tips => (
             "overlay",
             "Tip as measured, and of the twin before and after",
             "Tip as measured, with the scene as given and with the fitted one [mm], over time [s]; recordings one after \
              the other, each axis with its own scale.",
         ),
-        Shown::Errors => (
+        PlottedQuantity::Errors => (
             "residuals",
             "Error of the twin's tip",
             "Tip of the twin minus the measured one [mm], with the scene as given and with the fitted one, over time [s]; \

@@ -62,7 +62,7 @@ fn train(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let n_files = if options.feedback { 0 } else { members };
     let files = (1..=n_files).map(|k| options.out.with_extension(format!("training-{k}"))).collect();
     let unfinished = Unfinished::new(&options.out, files);
-    let display = Display::new(context);
+    let display = MemberDisplay::new(context);
     let progress = |number: usize, report: &TrainingProgress| display.show(number, report);
     let sessions = Sessions { files: unfinished.files.clone(), progress: &progress };
     let fitted = fit(options, &sequences, &held_out, &scene_hash, &display, &sessions);
@@ -93,7 +93,7 @@ fn fit(
     sequences: &[Sequence],
     held_out: &[Vec<usize>],
     scene_hash: &str,
-    display: &Display,
+    display: &MemberDisplay,
     sessions: &Sessions<'_>,
 ) -> hysteron_twin::Result<FittedResidual> {
     let Options { epochs, hidden, seed, .. } = *options;
@@ -123,13 +123,13 @@ fn fit(
 }
 
 /// A bar over the epochs of all networks.
-struct Display<'a> {
+struct MemberDisplay<'a> {
     bar: Box<dyn crate::Progress>,
     start: Instant,
     context: &'a Context<'a>,
 }
 
-impl<'a> Display<'a> {
+impl<'a> MemberDisplay<'a> {
     fn new(context: &'a Context<'a>) -> Self {
         Self { bar: context.progress("epochs", 0, 0), start: Instant::now(), context }
     }

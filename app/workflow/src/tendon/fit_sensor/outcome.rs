@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::shared::inputs::Input;
 use crate::shared::recording_checks::Findings;
-use crate::tendon::sense::file::{FORMAT, Robot, VERSION};
+use crate::tendon::sense::file::{FORMAT, SensedRobot, VERSION};
 use crate::{COMMIT, Context};
 
 /// The outcome of `fit-sensor`, which is the file of the sensor.
@@ -47,7 +47,7 @@ impl Outcome {
     /// Of a sensor that was fitted to `recordings`, `n_known` of them with a known force.
     pub(super) fn new(
         sensor: ForceSensor,
-        robot: &Robot,
+        robot: &SensedRobot,
         (recordings, n_known): (&[Input], usize),
         findings: &Findings,
         context: &Context,

@@ -14,7 +14,7 @@ use crate::shared::identification::{IdentificationFormat, LOAD_SCALE, ParameterE
 use crate::shared::network::Network;
 use crate::shared::outputs::Outputs;
 use crate::shared::{inputs, locking, recording_checks};
-use crate::tendon::sense::file::Robot;
+use crate::tendon::sense::file::SensedRobot;
 use crate::tendon::sense::input::Input;
 use crate::{Context, WorkflowError};
 
@@ -62,7 +62,8 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
             100.0 * sensor.tip.response
         );
     }
-    let robot = Robot { scene: &scene.hash, network: network.as_ref().map(|network| network.hash.as_str()) };
+    let robot =
+        SensedRobot { scene: &scene.hash, network: network.as_ref().map(|network| network.hash.as_str()) };
     let outcome = Outcome::new(sensor, &robot, (&files, known.len()), &findings, context);
     file::write_bytes(&options.out, json::to_text(&outcome)?)?;
     print(&outcome.sensor, context);
@@ -98,7 +99,7 @@ fn servo(recordings: &[Input], stall_torque: f64) -> Option<(f64, f64)> {
 
 /// The part of a file by `identify-servo` that is read.
 #[derive(Deserialize)]
-struct Identification {
+struct ServoFile {
     format: IdentificationFormat,
     #[serde(default)]
     servos: Vec<IdentifiedServo>,
@@ -124,7 +125,7 @@ fn load_scale(path: &Path) -> anyhow::Result<f64> {
         BadInput::new(path.display().to_string(), "load_scale_n_m of servos, with tensions known", found)
             .hint("hysteron identify-servo RECORDING --out FILE, of a recording with tension_1_n, ..")
     };
-    let read: Identification =
+    let read: ServoFile =
         json::from_text(&file::read_text(path)?).map_err(|error| wrong(error.to_string()))?;
     if read.format != IdentificationFormat::Identification {
         return Err(wrong("a file of another kind".into()).into());

@@ -16,7 +16,7 @@ const MAX_RECORDINGS: usize = 4;
 
 /// How the auxiliary strokes were chosen.
 #[derive(Clone, Copy)]
-pub(super) enum Policy {
+pub(super) enum StrokeChoice {
     /// One QP a sample.
     ByQps,
     /// A network that was there already.
@@ -38,17 +38,17 @@ const HEADINGS: [&str; 7] = [
 pub(super) fn write(
     folder: &ReportFolder,
     title: &str,
-    policy: Policy,
+    policy: StrokeChoice,
     outcome: &Outcome,
 ) -> anyhow::Result<()> {
     folder.write_metrics(outcome)?;
     let rows = &outcome.recordings;
     let about = match policy {
-        Policy::ByQps => {
+        StrokeChoice::ByQps => {
             "Distance of the twin's tip from the measured one, without and with auxiliary tendons, and how often their bounds \
              are active. One QP per sample found the auxiliary strokes."
         }
-        Policy::ByNetwork => {
+        StrokeChoice::ByNetwork => {
             "Distance of the twin's tip from the measured one, without auxiliary tendons and with the auxiliary strokes of a \
              network. The error that is left is the training data of a second network; no QP was solved."
         }

@@ -11,7 +11,7 @@ use hysteron_twin::{Motion, Twin};
 
 use super::options::Options;
 use super::outcome::{IdentifiedRecording, Outcome};
-use super::page::{self, Policy};
+use super::page::{self, StrokeChoice};
 use crate::shared::error::Cancelled;
 use crate::shared::inputs::{self, Input};
 use crate::shared::network::Network;
@@ -74,7 +74,7 @@ fn identify_recordings(options: &Options, context: &Context) -> anyhow::Result<O
     let outcome = Outcome::new(rows, excluded, &findings, (&scene.hash, context));
     print(&outcome.recordings, context);
     let title = format!("AuxiliaryLimits strokes of {}", scene.name);
-    let policy = if network.is_some() { Policy::ByNetwork } else { Policy::ByQps };
+    let policy = if network.is_some() { StrokeChoice::ByNetwork } else { StrokeChoice::ByQps };
     page::write(&ReportFolder { path: &options.out, png: false }, &title, policy, &outcome)?;
     context.reported(&options.out);
     if context.is_cancelled() {

@@ -19,7 +19,7 @@ use hysteron_rig::{EventKind, ShutdownAction, Violation};
 use hysteron_twin::Twin;
 use hysteron_twin::sense::{ForceSensor, SenseSample, SensedSample, TendonSensing, TwinObserver};
 
-use super::file::{self, Robot};
+use super::file::{self, SensedRobot};
 use super::input::log_times;
 use crate::shared::network::{self, Network};
 
@@ -83,8 +83,10 @@ impl LiveSensing {
             return Err(BadInput::new(place, expected, n_driven.to_string()).into());
         }
         let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
-        let robot =
-            Robot { scene: &scene.hash, network: network.as_ref().map(|network| network.hash.as_str()) };
+        let robot = SensedRobot {
+            scene: &scene.hash,
+            network: network.as_ref().map(|network| network.hash.as_str()),
+        };
         let sensor = file::read(&options.sensor, &robot)?;
         Ok(Self { options: options.clone(), twin: Arc::new(twin), network: network.map(Arc::new), sensor })
     }

@@ -10,5 +10,5 @@ mod run;
 mod scores;
 
 pub use options::Options;
-pub use outcome::{ContactScore, ForceScore, Outcome, Scores, TensionScore};
+pub use outcome::{ContactScore, ForceScore, Outcome, SensingScores, TensionScore};
 pub use run::run;

@@ -20,7 +20,7 @@ pub struct Outcome {
     /// Its version.
     pub version: u32,
     /// How good the estimates are, where the truth is known.
-    pub scores: Scores,
+    pub scores: SensingScores,
     /// The sensor that made the estimates.
     pub sensor: ForceSensor,
     /// Doubts about the recording.
@@ -40,7 +40,7 @@ impl crate::shared::outcome::Outcome for Outcome {}
 
 impl Outcome {
     pub(super) fn new(
-        scores: Scores,
+        scores: SensingScores,
         sensor: ForceSensor,
         input: &Input,
         findings: &Findings,
@@ -111,8 +111,7 @@ pub struct ContactScore {
 
 /// Scores of all estimates.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "SensingScores")]
-pub struct Scores {
+pub struct SensingScores {
     /// Where tensions are known.
     pub tensions: Vec<TensionScore>,
     /// Where the force is known and somebody pushed.

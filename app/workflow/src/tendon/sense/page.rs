@@ -5,11 +5,11 @@ use hysteron_report::folder::ReportFolder;
 use hysteron_report::lines::{Curve, Shaded, TimeChart, TimePanel, spans};
 use hysteron_report::page::Page;
 
-use super::outcome::{Outcome, Scores};
+use super::outcome::{Outcome, SensingScores};
 use crate::shared::recording_checks;
 
 /// The series that are drawn.
-pub(super) struct Shown<'a> {
+pub(super) struct EstimateSeries<'a> {
     /// Name of the robot, for the title.
     pub title: &'a str,
     /// The estimates.
@@ -19,7 +19,7 @@ pub(super) struct Shown<'a> {
 }
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
-pub(super) fn write(folder: &ReportFolder, outcome: &Outcome, shown: &Shown) -> anyhow::Result<()> {
+pub(super) fn write(folder: &ReportFolder, outcome: &Outcome, shown: &EstimateSeries) -> anyhow::Result<()> {
     folder.write_metrics(outcome)?;
     let about = "Tensions at the pulleys and the force on the tip, told from strokes, loads, tip and twin.";
     let conclusion = match outcome.scores.forces.first() {
@@ -38,7 +38,7 @@ pub(super) fn write(folder: &ReportFolder, outcome: &Outcome, shown: &Shown) -> 
     folder.write_page(page, &outcome.commit)
 }
 
-fn results(page: &mut Page, scores: &Scores) {
+fn results(page: &mut Page, scores: &SensingScores) {
     page.heading("Results");
     let percent = |share: f64| format!("{:.1}", 100.0 * share);
     if !scores.tensions.is_empty() {
@@ -97,7 +97,7 @@ fn with_truth(label: String, estimate: &[f64], truth: Option<&[f64]>) -> TimePan
 }
 
 /// Force on the tip over time, contacts shaded.
-fn force(shown: &Shown) -> TimeChart {
+fn force(shown: &EstimateSeries) -> TimeChart {
     let recording = shown.estimates;
     let truth = |axis: &str| {
         let of = |stem: &str| shown.measured.channel(&format!("{stem}_{axis}_n"));
@@ -117,7 +117,7 @@ fn force(shown: &Shown) -> TimeChart {
 }
 
 /// Tension of every tendon over time.
-fn tensions(shown: &Shown) -> TimeChart {
+fn tensions(shown: &EstimateSeries) -> TimeChart {
     let truth = shown.measured.numbered("true_tension", "n");
     let panels = shown.estimates.numbered("tension", "n").into_iter().enumerate();
     let panels = panels

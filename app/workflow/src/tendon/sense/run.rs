@@ -6,11 +6,11 @@ use hysteron_report::folder::ReportFolder;
 use hysteron_twin::Twin;
 use hysteron_twin::sense::{ForceSensor, RecordingObservations, SensedSample, TendonSensing};
 
-use super::file::{self, Robot};
+use super::file::{self, SensedRobot};
 use super::input::Input;
 use super::options::Options;
-use super::outcome::{Outcome, Scores, TensionScore};
-use super::page::{self, Shown};
+use super::outcome::{Outcome, SensingScores, TensionScore};
+use super::page::{self, EstimateSeries};
 use super::scores;
 use crate::shared::network::Network;
 use crate::shared::outputs::Outputs;
@@ -30,7 +30,8 @@ fn sense(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let scene = Scene::read(&options.scene)?;
     let twin = Twin::from_scene(&scene)?;
     let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
-    let robot = Robot { scene: &scene.hash, network: network.as_ref().map(|network| network.hash.as_str()) };
+    let robot =
+        SensedRobot { scene: &scene.hash, network: network.as_ref().map(|network| network.hash.as_str()) };
     let sensor = file::read(&options.sensor, &robot)?;
     let files = inputs::read(std::slice::from_ref(&options.recording))?;
     let [read] = &files[..] else {
@@ -63,7 +64,7 @@ fn sense(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     print(&scores, context);
     let outcome = Outcome::new(scores, sensor, read, &findings, context);
     if let Some(folder) = &options.figures {
-        let shown = Shown { title: &scene.name, estimates: &recording, measured: &read.recording };
+        let shown = EstimateSeries { title: &scene.name, estimates: &recording, measured: &read.recording };
         page::write(&ReportFolder { path: folder, png: options.png }, &outcome, &shown)?;
         context.reported(folder);
     }
@@ -105,7 +106,7 @@ fn channels(sensed: &[SensedSample], input: &Input, observed: &RecordingObservat
     channels
 }
 
-fn print(scores: &Scores, context: &Context) {
+fn print(scores: &SensingScores, context: &Context) {
     if !scores.tensions.is_empty() {
         context.print("tension, error over its root mean square      all   moving  at rest");
         for row in &scores.tensions {

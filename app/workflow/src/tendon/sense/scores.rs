@@ -5,7 +5,7 @@ use hysteron_twin::sense::{ForceSensor, RecordingObservations, SensedSample};
 use nalgebra::Vector3;
 
 use super::input::Input;
-use super::outcome::{ContactScore, ForceScore, Scores, TensionScore};
+use super::outcome::{ContactScore, ForceScore, SensingScores, TensionScore};
 
 /// Speed of the tendons below which the robot rests [m/s], over a window [s].
 const AT_REST: f64 = 2e-4;
@@ -35,7 +35,7 @@ pub fn score(
     observed: &RecordingObservations,
     sensed: &[SensedSample],
     sensor: &ForceSensor,
-) -> anyhow::Result<Scores> {
+) -> anyhow::Result<SensingScores> {
     let period = sensor.period_s;
     let rest = resting(observed, period);
     let load = sensor.servo.map(|servo| servo.model()).transpose()?;
@@ -61,7 +61,7 @@ pub fn score(
         scores
     });
     let Some(force) = &input.force else {
-        return Ok(Scores { tensions, forces: Vec::new(), contacts: None });
+        return Ok(SensingScores { tensions, forces: Vec::new(), contacts: None });
     };
     let own: Vec<Vector3<f64>> = sensed.iter().map(|sensed| sensed.tip.force).collect();
     let direct: Vec<Vector3<f64>> = observed
@@ -90,7 +90,7 @@ pub fn score(
         }
     }
     let contacts = Some(contact_score(force, sensed, period));
-    Ok(Scores { tensions, forces, contacts })
+    Ok(SensingScores { tensions, forces, contacts })
 }
 
 fn tension_score(

@@ -39,7 +39,7 @@ fn train(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let data = dataset(options, &inputs, context)?;
     context.listen();
     let unfinished = Unfinished::new(&options.out, vec![options.out.with_extension("training")]);
-    let mut display = Display { bar: None, context };
+    let mut display = EpochDisplay { bar: None, context };
     let mut progress = |progress: &TrainingProgress| display.show(progress);
     let file = unfinished.files.first().map(std::path::PathBuf::as_path);
     let mut session = TrainingSession { file, progress: &mut progress };
@@ -102,12 +102,12 @@ fn recurrent(options: &Options) -> RecurrentOptions {
 }
 
 /// A bar of all steps of the epoch, and a line per epoch.
-struct Display<'a> {
+struct EpochDisplay<'a> {
     bar: Option<Box<dyn crate::Progress>>,
     context: &'a Context<'a>,
 }
 
-impl Display<'_> {
+impl EpochDisplay<'_> {
     /// False once the person has asked to stop.
     fn show(&mut self, progress: &TrainingProgress) -> bool {
         match progress {
