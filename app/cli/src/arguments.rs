@@ -120,7 +120,7 @@ pub enum Verb {
     Study(crate::study::Arguments),
     /// As `hysteron study run`
     #[command(hide = true, after_help = include_str!("help/study.txt"))]
-    Run(hysteron_workflow::study::Options),
+    Run(hysteron_studies::chain::Options),
     #[command(after_help = include_str!("help/demo.txt"))]
     Demo(crate::study::demo::Arguments),
     Completions(crate::manual::CompletionArguments),

@@ -86,10 +86,8 @@ fn run(program: &Program, context: &Context) -> anyhow::Result<Printed> {
         Verb::Sense(options) => Printed::new(&workflow::tendon::sense::run(options, context)?),
         Verb::IdentifyServo(options) => Printed::new(&workflow::rig::identify_servo::run(options, context)?),
         Verb::Study(arguments) => study::verb(arguments, &program.passed_on(), context),
-        Verb::Run(options) => Printed::untyped(&study::run(options, &program.passed_on(), context)?),
-        Verb::Demo(arguments) => {
-            Printed::untyped(&study::demo::run(arguments, &program.passed_on(), context)?)
-        }
+        Verb::Run(options) => Printed::new(&study::run(options, &program.passed_on(), context)?),
+        Verb::Demo(arguments) => Printed::new(&study::demo::run(arguments, &program.passed_on(), context)?),
         Verb::Rig(arguments) => rig::run(arguments, context),
         Verb::Arm(arguments) => arm::run(arguments, context),
         Verb::Completions(arguments) => {

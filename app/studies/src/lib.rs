@@ -3,6 +3,7 @@
 //! A room for each study: its options, its cells or its run, its outcome and its page. [`runner`] holds what all share.
 
 pub mod arm;
+pub mod chain;
 mod list;
 pub mod outcomes;
 pub mod runner;

@@ -2,10 +2,11 @@
 
 use hysteron_workflow::shared::outcome::{self, VERBS, VerbOutcome, verb};
 
-use crate::{arm, tendon};
+use crate::{arm, chain, tendon};
 
 /// The outcomes of all studies, in the order of the document.
-const STUDIES: [VerbOutcome; 21] = [
+const STUDIES: [VerbOutcome; 22] = [
+    verb::<chain::Outcome>(&["study run", "demo"]),
     verb::<tendon::Outcome<Vec<tendon::sofa::Comparison>>>(&["study sofa"]),
     verb::<tendon::Outcome<Vec<tendon::convergence::MeshResolution>>>(&["study convergence"]),
     verb::<tendon::Outcome<Vec<tendon::sorosim::RodResolution>>>(&["study sorosim"]),

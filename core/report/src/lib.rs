@@ -15,6 +15,7 @@ pub mod error_path;
 pub mod figure;
 pub mod folder;
 pub mod heat_map;
+pub mod hysteresis_loop;
 mod legend;
 pub mod lines;
 pub mod maker;

@@ -3,9 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, file};
-use hysteron_workflow::study::Options;
+use hysteron_studies::chain::{Options, Outcome};
 use hysteron_workflow::{Context, shared::outputs};
-use serde_json::Value;
 
 /// The files of the study, by their path in its folder.
 const FILES: [(&str, &[u8]); 5] = [
@@ -26,7 +25,7 @@ pub struct Arguments {
 }
 
 /// Runs the verb.
-pub fn run(arguments: &Arguments, passed_on: &[String], context: &Context) -> anyhow::Result<Value> {
+pub fn run(arguments: &Arguments, passed_on: &[String], context: &Context) -> anyhow::Result<Outcome> {
     outputs::check_report("--out", &arguments.out)?;
     for (name, bytes) in FILES {
         write_once(&arguments.out.join(name), bytes)?;

@@ -4,11 +4,10 @@
 pub mod demo;
 mod runner;
 
+use hysteron_studies::chain::{self, Options, Outcome};
 use hysteron_studies::{ArmStudy, TendonStudy};
 use hysteron_workflow::Context;
 use hysteron_workflow::shared::outcome::Printed;
-use hysteron_workflow::study::{self, Options};
-use serde_json::Value;
 
 use runner::Runner;
 
@@ -32,13 +31,16 @@ enum Verb {
 /// Runs the verb; `passed_on` are options of all verbs.
 pub fn verb(arguments: &Arguments, passed_on: &[String], context: &Context) -> anyhow::Result<Printed> {
     match &arguments.verb {
-        Verb::Run(options) => Printed::untyped(&run(options, passed_on, context)?),
+        Verb::Run(options) => Printed::new(&run(options, passed_on, context)?),
         Verb::Tendon(study) => study.run(context),
         Verb::Arm(study) => study.run(context),
     }
 }
 
 /// Runs the verb; `passed_on` are options of all verbs.
-pub fn run(options: &Options, passed_on: &[String], context: &Context) -> anyhow::Result<Value> {
-    study::run(options, |out, study, stages| Runner::new(out, &study.name, passed_on)?.run(stages), context)
+pub fn run(options: &Options, passed_on: &[String], context: &Context) -> anyhow::Result<Outcome> {
+    let carry_out = |out: &std::path::Path, study: &chain::Study, stages: &[chain::Stage]| {
+        Runner::new(out, &study.name, passed_on)?.run(stages)
+    };
+    Ok(chain::run(options, carry_out, context)?)
 }

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail};
 use hysteron_base::{BadInput, file};
+use hysteron_studies::chain::{OnRefusal, Stage, StageStatus, Stamp, Step, clear_outputs};
 use hysteron_workflow::shared::outputs;
-use hysteron_workflow::study::{OnRefusal, Stage, StageStatus, Stamp, Step, clear_outputs};
 
 use crate::failure::CommandFailed;
 use crate::interrupt;

@@ -2,6 +2,5 @@
 
 pub mod commands;
 pub mod coverage;
-pub mod study;
 pub mod target;
 pub mod tracking;

@@ -17,6 +17,7 @@ use hysteron_report::series::millimetres;
 use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet, number, ramp};
 use hysteron_report::simplify::{between_sharp_turns, simplified};
 
+/// Colour of the target.
 pub const TARGET: RGBColor = COLORS[0];
 /// Side of the square inside a pair of axes, height of the line above it, room between columns [px].
 const SIDE: f64 = 240.0;
@@ -79,7 +80,7 @@ pub(crate) fn write(
 }
 
 /// Target and tips at the same times, and their distance; `None` where the times do not compare.
-pub(super) fn over_time(target: &TargetPath, rows: &[Row]) -> Option<TimeChart> {
+pub fn over_time(target: &TargetPath, rows: &[Row]) -> Option<TimeChart> {
     let shown: Vec<&Row> =
         rows.iter().filter(|row| row.score.aligned_rmse_m.is_some()).take(MAX_CURVES).collect();
     if shown.is_empty() {
@@ -122,7 +123,7 @@ pub(super) fn over_time(target: &TargetPath, rows: &[Row]) -> Option<TimeChart> 
 }
 
 /// Writes the figure alone, as `tracking.svg`, to `folder`.
-pub(super) fn overlay(folder: &Path, target: &TargetPath, rows: &[Row]) -> anyhow::Result<Drawn> {
+pub fn overlay(folder: &Path, target: &TargetPath, rows: &[Row]) -> anyhow::Result<Drawn> {
     save(folder, &Overlay::new(target, rows), false)
 }
 

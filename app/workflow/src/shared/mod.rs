@@ -6,7 +6,7 @@ pub mod error;
 pub(crate) mod health;
 pub(crate) mod identification;
 pub(crate) mod identification_page;
-pub(crate) mod inputs;
+pub mod inputs;
 #[cfg(test)]
 mod json_fuzz;
 pub(crate) mod locking;
@@ -17,7 +17,7 @@ pub mod outcome;
 pub mod outputs;
 pub(crate) mod paper_design;
 pub mod paths;
-pub(crate) mod plan;
+pub mod plan;
 pub(crate) mod recording_checks;
 pub(crate) mod resume;
 pub mod robot_file;

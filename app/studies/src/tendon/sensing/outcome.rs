@@ -1,7 +1,7 @@
 //! The numbers of `study sensing`.
 
 use hysteron_twin::sense::ForceSensor;
-use hysteron_workflow::tendon::sense::Scores;
+use hysteron_workflow::tendon::sense::SensingScores;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +18,7 @@ pub struct SensedRobot {
     /// The robot.
     pub robot: String,
     /// Scores of tensions and pushes, as `sense` gives them.
-    pub scores: Scores,
+    pub scores: SensingScores,
     /// The sensor, as `sense` gives it.
     pub sensor: ForceSensor,
     /// False alarms in recordings without contact.

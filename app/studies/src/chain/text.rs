@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
-use super::Tracked;
-use crate::study::{Method, Stage, Study, Track};
+use super::definition::{Study, Track};
+use super::method::Method;
+use super::outcome::Tracked;
+use super::stage::Stage;
 use hysteron_report::page::Page;
 
 pub const ABOUT: &str = "Tendons bend a continuum robot. When a tendon is pulled and released again, the tip does not return on \
@@ -57,7 +59,7 @@ fn shown(value: Option<f64>, scale: f64, digits: usize) -> String {
 const NUMBERS: [&str; 5] = ["RMSE [mm]", "NRMSE [%]", "IoU", "At equal times [mm]", "Lag [ms]"];
 
 /// RMSE, NRMSE, IoU, RMSE at equal times and lag of all repeats of these.
-fn numbers<'a>(tracked: impl Iterator<Item = &'a Tracked<'a>> + Clone) -> [String; 5] {
+fn numbers<'a>(tracked: impl Iterator<Item = &'a Tracked> + Clone) -> [String; 5] {
     [
         shown(mean(tracked.clone().flat_map(|it| it.rmse_m.iter().copied())), 1e3, 2),
         shown(mean(tracked.clone().flat_map(|it| it.nrmse.iter().flatten().copied())), 100.0, 2),
@@ -95,7 +97,7 @@ pub fn outcome(page: &mut Page, track: &Track, tracked: &[Tracked]) {
 pub fn tracking_table(page: &mut Page, track: &Track, tracked: &[Tracked]) {
     let percent = |part: f64| format!("{:.1}", 100.0 * part);
     let row = |it: &Tracked| {
-        let mut cells = vec![it.target.to_owned(), it.method.name().to_owned()];
+        let mut cells = vec![it.target.clone(), it.method.name().to_owned()];
         if it.is_carried_out() {
             cells.extend(numbers(std::iter::once(it)));
         } else {

@@ -10,7 +10,7 @@ use hysteron_base::{BadInput, file, json};
 use serde::{Deserialize, Serialize};
 
 use super::stage::{Outdated, Restart, Stage};
-use crate::COMMIT;
+use hysteron_workflow::COMMIT;
 
 const FORMAT: &str = "hysteron-stamp";
 const VERSION: u32 = 1;

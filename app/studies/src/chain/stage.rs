@@ -55,7 +55,9 @@ pub enum OnRefusal {
 impl Step {
     /// As a person would type it.
     pub fn shown(&self) -> String {
-        crate::shared::command_line::shown(self.arguments.iter().map(|argument| argument.typed.clone()))
+        hysteron_workflow::shared::command_line::shown(
+            self.arguments.iter().map(|argument| argument.typed.clone()),
+        )
     }
 }
 

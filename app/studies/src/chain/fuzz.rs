@@ -7,8 +7,8 @@ use hysteron_fem::{Layers, MshEncoding, Order, Tube, write_mesh};
 use hysteron_fuzz::drive;
 use hysteron_fuzz::text::{slipped, slips};
 
-use super::Study;
-use crate::is_bad_input;
+use super::definition::Study;
+use hysteron_workflow::is_bad_input;
 
 /// Most memory of this process, the other tests in it included [bytes].
 const MEMORY_MAX: u64 = 500_000_000;

@@ -1,11 +1,10 @@
 //! Stroke against tip: the robot's way out and back, and what the twin makes of the same strokes.
 
-use hysteron_base::Recording;
 use plotters::prelude::*;
 
-use hysteron_report::figure::{Figure, LegendEntry};
-use hysteron_report::sheet::{BELOW, COLORS, LEFT, Sheet, padded};
-use hysteron_report::simplify::{between_sharp_turns, simplified};
+use crate::figure::{Figure, LegendEntry};
+use crate::sheet::{BELOW, COLORS, LEFT, Sheet, padded};
+use crate::simplify::{between_sharp_turns, simplified};
 
 const ROBOT: RGBColor = RGBColor(178, 183, 190);
 const TWIN: [RGBColor; 2] = [COLORS[1], COLORS[0]];
@@ -17,37 +16,19 @@ const COLUMN: f64 = LEFT + WIDTH + 8.0;
 const NAMES: [&str; 2] = ["without the network", "with the network"];
 
 /// A point per sample: stroke and tip [mm].
-type Path = Vec<(f64, f64)>;
+pub type StrokePath = Vec<(f64, f64)>;
 
-/// See the module.
-pub struct Hysteresis {
-    trajectory: String,
-    robot: Path,
-    /// Without the network, and with it.
-    twin: [Path; 2],
+/// Tip over stroke: a robot in grey, and simulated tips of two kinds, each in a tile of its own.
+pub struct HysteresisLoop {
+    /// Trajectory of the strokes.
+    pub trajectory: String,
+    /// The robot.
+    pub robot: StrokePath,
+    /// Simulated without a network, and with it.
+    pub twin: [StrokePath; 2],
 }
 
-impl Hysteresis {
-    /// The tip of the measured and of the two simulated recordings of a trajectory, along the direction of the first
-    /// tendon [rad], over that tendon's stroke. `None` where one has no tip.
-    pub fn new(
-        trajectory: &str,
-        direction: f64,
-        measured: &Recording,
-        simulated: [&Recording; 2],
-    ) -> Option<Self> {
-        let stroke = *measured.strokes().first()?;
-        let path = |recording: &Recording| {
-            let [x, y, _] = recording.tip()?;
-            let along = x.iter().zip(y).map(|(x, y)| 1e3 * (x * direction.cos() + y * direction.sin()));
-            Some(stroke.iter().map(|stroke| 1e3 * stroke).zip(along).collect::<Path>())
-        };
-        let [without, with] = simulated.map(path);
-        Some(Self { trajectory: trajectory.to_owned(), robot: path(measured)?, twin: [without?, with?] })
-    }
-}
-
-impl Figure for Hysteresis {
+impl Figure for HysteresisLoop {
     fn name(&self) -> String {
         "hysteresis".into()
     }
@@ -87,7 +68,7 @@ impl Figure for Hysteresis {
         let mut chart = part.chart(x.clone(), y.clone(), "stroke of the first tendon [mm]", "tip [mm]")?;
         for (path, color, width) in [(&self.robot, ROBOT, 4.0), (&self.twin[tile], TWIN[tile], 1.3)] {
             // Compared where both axes have one scale; a sixth of a pixel is not visible.
-            let even: Path = path.iter().map(|(x, y)| (*x, aspect * y)).collect();
+            let even: StrokePath = path.iter().map(|(x, y)| (*x, aspect * y)).collect();
             let fewer = simplified(&even, 0.15 * (x.end - x.start) / WIDTH);
             for run in between_sharp_turns(&fewer) {
                 let points = run.iter().map(|(x, y)| (*x, y / aspect));

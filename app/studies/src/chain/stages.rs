@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use super::definition::{Study, Target, Track};
+use super::method::Method;
 use super::schema::Residual;
 use super::stage::{Argument, OnRefusal, Outdated, Restart, Stage, Step};
-use super::{Method, Study, Target, Track};
 
 /// Recordings by the rig.
 pub const DATA: &str = "data";

@@ -14,15 +14,17 @@ use hysteron_twin::Twin;
 use hysteron_twin::coreact::AuxiliaryLimits;
 use hysteron_twin::fit::{FitParameter, select};
 
+use super::definition::{PlanChoice, Rig, SceneChoice, Study, Target, Track};
+use super::method::Method;
+use super::schema;
 use super::stage::Argument;
-use super::{Method, PlanChoice, Rig, SceneChoice, Study, Target, Track, schema};
-use crate::rig::record::jobs::check_against_rig;
-use crate::rig::record::source::Source;
-use crate::shared::paths::plain;
-use crate::shared::plan;
-use crate::tendon::fit_material::MAX_STEPS;
-use crate::tendon::fit_residual::MAX_MEMBERS;
-use crate::tendon::identify::MAX_ROUNDS;
+use hysteron_workflow::rig::record::jobs::check_against_rig;
+use hysteron_workflow::rig::record::source::Source;
+use hysteron_workflow::shared::paths::plain;
+use hysteron_workflow::shared::plan;
+use hysteron_workflow::tendon::fit_material::MAX_STEPS;
+use hysteron_workflow::tendon::fit_residual::MAX_MEMBERS;
+use hysteron_workflow::tendon::identify::MAX_ROUNDS;
 
 const FORMAT: (&str, i64) = ("hysteron-study", 1);
 /// More than any study has; keeps a slip of the hand from running for a year.

@@ -1,9 +1,10 @@
 //! How strokes are found for a path.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How strokes are found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// Through the twin of the scene without what is fitted to a robot, and without a network.

@@ -1,0 +1,32 @@
+//! The run of `study run`.
+
+use std::path::Path;
+
+use hysteron_workflow::{Context, WorkflowError};
+
+use super::definition::Study;
+use super::options::Options;
+use super::outcome::Outcome;
+use super::stage::Stage;
+use super::stages::stages;
+use super::{outcome, page};
+
+/// Reads and checks a study and all that it names, and carries it out: `carry_out` is given the folder, the study
+/// and its stages, and brings these to their end. Then writes the report.
+///
+/// # Errors
+/// `BadInput` naming what is wrong, and whatever comes of `carry_out`.
+pub fn run(
+    options: &Options,
+    carry_out: impl FnOnce(&Path, &Study, &[Stage]) -> anyhow::Result<()>,
+    context: &Context,
+) -> Result<Outcome, WorkflowError> {
+    let study = Study::read(&options.study)?;
+    let out = options.out.clone().unwrap_or_else(|| Path::new("out").join(&study.name));
+    let stages = stages(&study, &out);
+    carry_out(&out, &study, &stages)?;
+    let (outcome, rows) = outcome::read(&out, &study, &stages, context)?;
+    page::write(&out, &study, &stages, (&outcome, &rows))?;
+    context.reported(&out);
+    Ok(outcome)
+}
