@@ -1,4 +1,4 @@
-//! What all studies share: cells that are computed once and read again, progress, interruption, the list of studies.
+//! Cells, progress and interruption of all studies: cells that are computed once and read again.
 
 pub mod cells;
 mod progress;

@@ -16,7 +16,7 @@ pub(crate) struct FixedModel {
     pub friction: FrictionModel,
 }
 
-/// Motors known by their PWM, friction that grows with the load, and noise of the external torques: "GMO-drive" of `arm study force`.
+/// Motors known by their PWM, friction that grows with the load, and noise of the external torques: "GMO-drive" of `study force`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ServoDrive {
