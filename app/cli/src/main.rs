@@ -39,7 +39,7 @@ fn main() -> ExitCode {
             terminal::exit_code_of_printing()
         }
         Err(error) => {
-            if let Some(refused) = error.downcast_ref::<workflow::tendon::check::Refused>() {
+            if let Some(refused) = refused(&error) {
                 terminal::print_outcome(&refused.outcome);
             }
             if failure::is_told(&error) {
@@ -50,6 +50,11 @@ fn main() -> ExitCode {
             ExitCode::from(failure::exit_code(&error))
         }
     }
+}
+
+/// The recordings that `check` refused, if that is the error.
+fn refused(error: &anyhow::Error) -> Option<&workflow::tendon::check::Refused> {
+    error.downcast_ref::<workflow::WorkflowError>()?.downcast_ref()
 }
 
 /// Before any verb.

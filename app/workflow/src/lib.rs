@@ -24,15 +24,12 @@
 //! # }
 //! ```
 
-mod figures;
-
 pub mod arm;
 pub mod import;
 pub mod rig;
 pub mod shared;
 pub mod tendon;
 
-pub use figures::tracking;
 pub use shared::context::{Context, Progress, ProgressSink, Silent};
 pub use shared::error::{Cancelled, WorkflowError, is_bad_input};
 

@@ -51,3 +51,33 @@ impl ReportFolder<'_> {
         write_page(self.path, page.finish(commit))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+    use super::*;
+    use crate::lines::{Curve, TimeChart, TimePanel};
+
+    #[test]
+    fn a_report_has_its_figures_as_files_and_on_its_page() {
+        let chart = || {
+            let panel = TimePanel::new("x [mm]", vec![Curve::new("tip", 0, vec![0.0, 1.0])]);
+            TimeChart::over_time("tip", "Tip over time", "A caption.", &[0.0, 1.0], vec![panel])
+        };
+        for png in [false, true] {
+            let scratch = tempfile::tempdir().unwrap();
+            let folder = ReportFolder { path: scratch.path(), png };
+            let mut page = Page::new("Title", "About.", "hysteron verb");
+            folder.add(&mut page, &chart()).unwrap();
+            folder.write_metrics(&[1, 2]).unwrap();
+            folder.write_page(page, "abc").unwrap();
+            let text = |name: &str| std::fs::read_to_string(scratch.path().join(name)).unwrap();
+            assert!(text("tip.svg").contains("Tip over time"));
+            assert!(
+                text("report.html").contains("A caption.") && text("report.html").contains("Program abc.")
+            );
+            assert_eq!(text("metrics.json").split_whitespace().collect::<String>(), "[1,2]");
+            assert_eq!(scratch.path().join("tip.png").exists(), png);
+        }
+    }
+}

@@ -43,17 +43,30 @@ struct Group {
 }
 
 impl HeatMap {
-    /// The samples of each group with its title [mm], and the corners of a closed line with its name [mm].
-    pub fn new(groups: Vec<(String, Path)>, (outline_name, outline): (&str, Path)) -> Self {
+    /// The samples of each group with its title [mm], and the corners of a closed line with its name [mm]; no caption yet.
+    pub fn new(
+        name: impl Into<String>,
+        title: impl Into<String>,
+        groups: Vec<(String, Path)>,
+        (outline_name, outline): (&str, Path),
+    ) -> Self {
         let (middle, half) = square_around(groups.iter().flat_map(|(_, points)| points));
         let groups: Vec<Group> = groups
             .into_iter()
             .map(|(title, points)| Group { title, counts: counted(&points, middle, half) })
             .collect();
         let most = groups.iter().flat_map(|group| &group.counts).max().map_or(1.0, |most| *most as f64);
-        let outline_name = outline_name.to_owned();
-        let [name, title, caption] = [const { String::new() }; 3];
-        Self { name, title, caption, outline_name, outline, middle, half, groups, most }
+        Self {
+            name: name.into(),
+            title: title.into(),
+            caption: String::new(),
+            outline_name: outline_name.to_owned(),
+            outline,
+            middle,
+            half,
+            groups,
+            most,
+        }
     }
 
     /// Side of a cell [mm].

@@ -9,8 +9,7 @@ use hysteron_report::hysteresis_loop::{HysteresisLoop, StrokePath};
 use hysteron_report::lines::TimeChart;
 use hysteron_report::page::{Page, write_metrics, write_page};
 use hysteron_report::series::{MEASURED, TWIN, TipSeries, UNCORRECTED, error_panel, tip_panels};
-use hysteron_workflow::tendon::evaluate::Row;
-use hysteron_workflow::tracking;
+use hysteron_workflow::tendon::evaluate::{self, Row};
 
 use super::definition::{Study, Track};
 use super::outcome::{Outcome, PredictedPath, Tracked, read_predicted};
@@ -147,9 +146,10 @@ fn show_tracking(
         let rows: Vec<Row> = methods.iter().zip(rows).filter_map(first).collect();
         if !rows.is_empty() {
             let folder = out.join("figures").join(&target.name);
-            let over_time = tracking::over_time(&target.path, &rows);
+            let over_time = evaluate::over_time(&target.path, &rows);
             let over_time = over_time.map(|chart| save(&folder, &chart, false)).transpose()?;
-            for drawn in [tracking::overlay(&folder, &target.path, &rows)?].into_iter().chain(over_time) {
+            let overlay = save(&folder, &evaluate::overlay(&target.path, &rows), false)?;
+            for drawn in [overlay].into_iter().chain(over_time) {
                 page.figure(&Drawn { title: format!("{}: {}", target.path.name, drawn.title), ..drawn });
             }
         }

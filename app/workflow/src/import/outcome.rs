@@ -55,7 +55,7 @@ pub struct Imported {
     pub gaps: usize,
     /// Rows of the sources that were left out.
     pub left_out: usize,
-    /// ImportedRecording entry per recording.
+    /// One entry per recording.
     pub recordings: Vec<ImportedRecording>,
     /// The command that made this.
     pub command: String,
@@ -81,7 +81,7 @@ pub struct ImportedRecording {
     pub rate_hz: Option<f64>,
     /// Time from the first to the last sample [s].
     pub duration_s: f64,
-    /// ImportedRecording entry per channel.
+    /// One entry per channel.
     pub channels: Vec<ChannelRange>,
 }
 
@@ -159,7 +159,7 @@ pub(super) fn shown_unit(name: &str) -> (Option<&'static Unit>, String) {
     (Unit::from_suffix(shown), written)
 }
 
-/// ImportedRecording sentence on whether the recordings can be used.
+/// One sentence on whether the recordings can be used.
 pub(super) fn verdict(recordings: &[ImportedRecording]) -> String {
     let (rows, gaps) = recordings.iter().fold((0, 0), |(rows, gaps), one| (rows + one.rows, gaps + one.gaps));
     let frozen = |one: &ImportedRecording| {

@@ -1,13 +1,11 @@
 //! The page of an import: every channel over time, with its unit, range and rate.
 
-use std::path::Path;
-
 use hysteron_base::Recording;
-use hysteron_report::figure::{register_embedded_font, save};
+use hysteron_report::folder::ReportFolder;
 use hysteron_report::lines::{Curve, Shaded, TimeChart, TimePanel, spans, without_gaps};
-use hysteron_report::page::{Page, write_metrics, write_page};
+use hysteron_report::page::Page;
 
-use super::outcome::{Imported, shown_unit};
+use super::outcome::{ChannelRange, Imported, ImportedRecording, shown_unit};
 
 /// Recordings that are drawn.
 const MAX_SHOWN: usize = 9;
@@ -19,17 +17,15 @@ const MAX_PANELS: usize = 40;
 /// # Errors
 /// Files that cannot be written.
 pub(super) fn write(
-    folder: &Path,
+    folder: &ReportFolder,
     outcome: &Imported,
     recordings: &[Recording],
-    with_png: bool,
 ) -> anyhow::Result<()> {
-    register_embedded_font()?;
-    write_metrics(folder, outcome)?;
+    folder.write_metrics(outcome)?;
     let about = "Every channel as it was imported, with its unit, range and rate.";
     let mut page = Page::concluded("Import", &outcome.verdict, about, &outcome.command);
     page.heading("Recordings");
-    let row = |one: &super::outcome::ImportedRecording| {
+    let row = |one: &ImportedRecording| {
         vec![
             one.out.display().to_string(),
             one.episode.clone().unwrap_or_default(),
@@ -44,7 +40,7 @@ pub(super) fn write(
     page.table(&headings, outcome.recordings.iter().map(row));
     page.heading("Channels");
     for one in outcome.recordings.iter().take(MAX_SHOWN) {
-        let row = |c: &super::outcome::ChannelRange| {
+        let row = |c: &ChannelRange| {
             let changes = format!("{:.0}", 100.0 * c.changes_ratio);
             vec![
                 c.name.clone(),
@@ -65,10 +61,9 @@ pub(super) fn write(
     }
     for (one, recording) in outcome.recordings.iter().zip(recordings).take(MAX_SHOWN) {
         let name = one.out.file_stem().unwrap_or_default().to_string_lossy();
-        page.figure(&save(folder, &over_time(&name, recording), with_png)?);
+        folder.add(&mut page, &over_time(&name, recording))?;
     }
-    write_page(folder, page.finish(&outcome.commit))?;
-    Ok(())
+    folder.write_page(page, &outcome.commit)
 }
 
 /// Small panels, one for each family of channels (`q_1_rad`, `q_2_rad`, …) or single channel.

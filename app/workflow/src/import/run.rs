@@ -7,13 +7,15 @@ use hysteron_arm_estimation::{
 };
 use hysteron_base::import::{self, Assembled, Request};
 use hysteron_base::{BadInput, Recording, RowFilter, file};
+use hysteron_report::folder::ReportFolder;
 
+use super::options::Options;
 use super::outcome::{Imported, ImportedRecording, Outcome, Proposed, is_of_arm, out_of, verdict};
-use super::{Options, page};
+use super::page;
 use crate::arm::{drive, file_of, meta};
 use crate::shared::outcome::MetricsFormat;
 use crate::shared::outputs::Outputs;
-use crate::{COMMIT, Context};
+use crate::{COMMIT, Context, WorkflowError};
 
 /// Channels that the console names.
 const MAX_NAMED: usize = 24;
@@ -22,7 +24,11 @@ const MAX_NAMED: usize = 24;
 ///
 /// # Errors
 /// Bad input; files that cannot be written.
-pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
+pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
+    Ok(import_or_propose(options, context)?)
+}
+
+fn import_or_propose(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     if let Some(out) = &options.propose {
         return propose(options, out, context);
     }
@@ -60,8 +66,8 @@ pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     print(&outcome, &imported, (known.drive.is_some(), out), context);
     if let Some(folder) = &options.figures {
         let recordings: Vec<Recording> = imported.into_iter().map(|one| one.recording).collect();
-        page::write(folder, &outcome, &recordings, options.png)?;
-        context.print(format!("report: {}", folder.join("report.html").display()));
+        page::write(&ReportFolder { path: folder, png: options.png }, &outcome, &recordings)?;
+        context.reported(folder);
     }
     Ok(Outcome::Imported(outcome))
 }

@@ -31,6 +31,14 @@ impl From<anyhow::Error> for WorkflowError {
     }
 }
 
+impl WorkflowError {
+    /// The error of a type of its own that a verb ended with, as the refused recordings of `check`.
+    pub fn downcast_ref<T: std::fmt::Display + std::fmt::Debug + Send + Sync + 'static>(&self) -> Option<&T> {
+        let (Self::BadInput(error) | Self::Cancelled(error) | Self::Failed(error)) = self;
+        error.downcast_ref()
+    }
+}
+
 /// A verb was interrupted; the text says what is kept.
 #[derive(Debug, thiserror::Error)]
 #[error("interrupted{0}")]
@@ -116,6 +124,14 @@ mod tests {
         assert!(!is_bad_input(&error.into()));
         assert!(!is_bad_input(&anyhow::anyhow!("disk full")));
         assert!(matches!(anyhow::anyhow!("disk full").into(), WorkflowError::Failed(_)));
+    }
+
+    #[test]
+    fn an_error_of_a_verb_alone_is_found_behind_its_door() {
+        let outside = anyhow::Error::new(BadInput::new("place", "this", "that")).context("while reading");
+        let door = WorkflowError::from(outside);
+        assert_eq!(door.downcast_ref::<BadInput>().map(|bad| bad.place.as_str()), Some("place"));
+        assert!(door.downcast_ref::<Cancelled>().is_none());
     }
 
     #[test]

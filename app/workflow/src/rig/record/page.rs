@@ -60,9 +60,9 @@ pub(super) fn write(folder: &ReportFolder, data: &DataSet) -> anyhow::Result<Out
     page.list([
         ("Samples", outcome.samples.to_string()),
         ("Samples filled in", filled_in(data.recordings).to_string()),
-        ("TipSeries x [mm]", x),
-        ("TipSeries y [mm]", y),
-        ("TipSeries z [mm]", z),
+        ("Tip x [mm]", x),
+        ("Tip y [mm]", y),
+        ("Tip z [mm]", z),
     ]);
     page.table(&RecordedTrajectory::HEADINGS, data.rows.iter().map(RecordedTrajectory::cells));
     if !outcome.shapes.is_empty() {

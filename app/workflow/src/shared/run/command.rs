@@ -17,7 +17,7 @@ use super::goals::Goals;
 enum Course<'a> {
     Strokes(&'a [f64]),
     Tensions(&'a [f64]),
-    /// Strokes of a auxiliary tendon as CoReAct means them: each is a tension, by this many newtons per metre.
+    /// Strokes of an auxiliary tendon as CoReAct means them: each is a tension, by this many newtons per metre.
     Residual(&'a [f64], f64),
     Constant(Target),
 }
@@ -102,15 +102,15 @@ impl<'a> Command<'a> {
         Ok(command)
     }
 
-    /// Writes what every tendon is told in sample `row`.
-    pub fn targets_into(&self, row: usize, targets: &mut Vec<Target>) {
-        targets.clear();
-        targets.extend(self.courses.iter().map(|course| match course {
+    /// What every tendon is told in sample `row` (n_tendons).
+    pub fn targets(&self, row: usize) -> Vec<Target> {
+        let target = |course: &Course| match course {
             Course::Strokes(values) => Target::Stroke(values[row]),
             Course::Tensions(values) => Target::Tension(values[row]),
             Course::Residual(values, stiffness) => Target::Tension(values[row] * stiffness),
             Course::Constant(target) => *target,
-        }));
+        };
+        self.courses.iter().map(target).collect()
     }
 
     /// Strokes commanded to the primary tendons in sample `row` [m].

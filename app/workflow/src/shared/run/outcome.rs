@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::goals::Goals;
+use super::input::Task;
 use super::summary::RunSummary;
 use crate::shared::outcome::MetricsFormat;
 use crate::shared::shapes::NamedShape;
@@ -81,33 +82,6 @@ impl Outcome {
             source: meta.source.clone(),
             command: meta.command.clone(),
             commit: meta.commit.clone(),
-        }
-    }
-}
-
-/// Task of the robot for the samples of a recording.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Task {
-    /// It follows their strokes or tensions.
-    Simulate,
-    /// Its tip goes to their tip positions, within the tolerance [m].
-    Reach(f64),
-}
-
-impl Task {
-    /// Title of the run, for a reader.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Simulate => "simulation",
-            Self::Reach(_) => "strokes to reach goals",
-        }
-    }
-
-    /// Role of the input recording: name of its option, and part of its key in the metadata.
-    pub(super) fn input(self) -> &'static str {
-        match self {
-            Self::Simulate => "strokes",
-            Self::Reach(_) => "goals",
         }
     }
 }

@@ -4,48 +4,12 @@ use std::path::{Path, PathBuf};
 
 use hysteron_base::checks::{CheckContext, Purpose, Severity, Warning, check_recordings};
 use hysteron_base::{BadInput, Recording};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
-use super::{Outcome, Refused, SceneSummary};
+use super::outcome::{Described, Outcome, RecordingFindings, SceneSummary};
+use super::refused::Refused;
 use crate::shared::outcome::Printed;
 use crate::shared::recording_checks::{name_of, refused};
 use crate::{Context, shared::inputs};
-
-/// Recordings, and what was found in them.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-pub struct RecordingFindings {
-    /// One for each recording.
-    pub recordings: Vec<Described>,
-    /// Files that could not be read, and why.
-    pub unreadable: Vec<[String; 2]>,
-    /// Number of warnings.
-    pub warnings: usize,
-    /// Number of findings that cannot be right, unreadable files included.
-    pub errors: usize,
-    /// All findings.
-    pub findings: Vec<Warning>,
-    /// The scene that the recordings were compared with.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scene: Option<SceneSummary>,
-}
-
-/// Size of a recording.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-pub struct Described {
-    /// Name of the file without its ending.
-    pub name: String,
-    /// The file.
-    pub path: PathBuf,
-    /// Number of samples.
-    pub samples: usize,
-    /// Time from the first to the last sample [s].
-    pub duration_s: f64,
-    /// Rate [Hz]; none where steps are uneven.
-    pub rate_hz: Option<f64>,
-    /// Number of channels.
-    pub channels: usize,
-}
 
 /// Checks the recordings in `paths`, against a scene and the length of its body [m] where there is one.
 pub(super) fn check(

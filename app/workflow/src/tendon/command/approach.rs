@@ -1,6 +1,6 @@
 //! From rest to where a path begins, and from where it ends back to rest: outside the path's own time.
 
-use super::Answer;
+use super::answer::Answer;
 
 /// Time in which the robot comes to rest where its path begins [s]: servos and tracker are a tenth of a second late, and a viscous body
 /// has crept most of its way.

@@ -7,7 +7,7 @@ use hysteron_control::plan::TendonMapping;
 use hysteron_twin::Twin;
 use hysteron_twin::residual::{FollowLimits, FollowStep, PathFollower};
 
-use super::{Answer, LimitOverrides, Target};
+use super::answer::{Answer, LimitOverrides, Target};
 use crate::shared::network::{Network, plant};
 use crate::shared::plan::angles_of;
 
@@ -22,7 +22,7 @@ const STANDS_S: f64 = 1.0;
 
 /// Which twin is steered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Twins {
+pub(super) enum Twins {
     /// That of the scene.
     OfScene,
     /// The same without what is fitted to a robot.
@@ -44,7 +44,7 @@ impl Twins {
 }
 
 /// Steers the twin to where the path begins, along the path and back to no strokes. `progress` ends it where it returns false.
-pub fn strokes(
+pub(super) fn strokes(
     (scene, twins): (&Path, Twins),
     checkpoint: Option<&Path>,
     given: &LimitOverrides,

@@ -108,7 +108,7 @@ fn charts(name: &str, recording: &Recording) -> Vec<TimeChart> {
     let tips = TimeChart::over_time(
         format!("{name}-tip"),
         format!("{name}: tip"),
-        "TipSeries as measured, of the twin without and of the twin with auxiliary tendons [mm], over time [s]; interrupted where \
+        "Tip as measured, of the twin without and of the twin with auxiliary tendons [mm], over time [s]; interrupted where \
          nothing was measured. Each axis has its own scale.",
         time,
         tip_panels(&[measured, uncorrected, corrected]),

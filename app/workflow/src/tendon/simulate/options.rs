@@ -1,10 +1,8 @@
-//! `hysteron simulate`: a robot follows recorded strokes, sample by sample.
+//! Options of `hysteron simulate`.
 
 use std::path::PathBuf;
 
-use crate::Context;
-pub use crate::shared::run::Outcome;
-use crate::shared::run::{self, RunOptions, Task};
+use crate::shared::run::RunOptions;
 
 /// Simulate a robot that follows recorded strokes
 ///
@@ -23,9 +21,4 @@ pub struct Options {
     /// Scene and outputs.
     #[cfg_attr(feature = "clap", command(flatten))]
     pub run: RunOptions,
-}
-
-/// Carries out the verb.
-pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
-    run::run(Task::Simulate, &options.strokes, &options.run, options.residual.as_deref(), context)
 }

@@ -1,19 +1,19 @@
-//! The report of a command: strokes for a path, and the path that they are for.
-
-use std::path::Path;
+//! The page of a command: strokes for a path, and the path that they are for.
 
 use hysteron_base::Recording;
 
-use hysteron_report::figure::{register_embedded_font, save};
+use hysteron_report::folder::ReportFolder;
 use hysteron_report::lines::{PanelScale, Shaded, TimeChart, TimePanel, spans};
-use hysteron_report::page::{Page, write_page};
+use hysteron_report::page::Page;
 use hysteron_report::series::{
     TARGET, TWIN, TipSeries, error_panel, millimetres, numbered_panels, tip_panels,
 };
 
-/// Writes the figures and `report.html` to `folder`.
-pub fn write(folder: &Path, recording: &Recording) -> anyhow::Result<()> {
-    register_embedded_font()?;
+use super::outcome::Outcome;
+
+/// Writes the figures, `report.html` and `metrics.json` to `folder`.
+pub(super) fn write(folder: &ReportFolder, outcome: &Outcome, recording: &Recording) -> anyhow::Result<()> {
+    folder.write_metrics(outcome)?;
     let meta = recording.meta();
     let time = recording.time();
     let part = |flag: &str| {
@@ -42,10 +42,9 @@ pub fn write(folder: &Path, recording: &Recording) -> anyhow::Result<()> {
     ]);
     page.heading("Figures");
     for chart in [stroke_chart(recording, strokes), path_chart(recording)].into_iter().flatten() {
-        page.figure(&save(folder, &chart, false)?);
+        folder.add(&mut page, &chart)?;
     }
-    write_page(folder, page.finish(&meta.commit))?;
-    Ok(())
+    folder.write_page(page, &outcome.commit)
 }
 
 /// Strokes [mm], shaded where a flag is set.

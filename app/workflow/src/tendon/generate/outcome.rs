@@ -8,7 +8,7 @@ use hysteron_control::inverse::{Axes, TipPosition, TipWorkspace};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::CalibratedRange;
+use super::range::CalibratedRange;
 use crate::shared::inputs::Input;
 use crate::shared::outcome::MetricsFormat;
 use crate::{COMMIT, Context};

@@ -1,91 +1,20 @@
-//! `hysteron check`: is a scene fit to be simulated, and what will it cost? Can recordings be true?
+//! A scene and its mesh: elements, tendons, equations.
 
-mod recordings;
-
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-use hysteron_base::{BadInput, PrescribedQuantity, Scene};
+use hysteron_base::{PrescribedQuantity, Scene};
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
 use hysteron_twin::Twin;
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize};
-
+use super::outcome::SceneSummary;
 use crate::Context;
-use crate::shared::locking::{Estimator, LockingEstimate};
-use crate::shared::outcome::{self, Printed};
+use crate::shared::locking::Estimator;
 use crate::shared::recording_checks::body_length;
 use crate::tendon::mesh::{MeshSummary, print_quality};
-pub use recordings::{Described, RecordingFindings};
-
-/// Check a scene with its mesh, or recordings
-///
-/// Of a scene: the quality of the mesh, every tendon with its length and how far its points lie outside the body, and
-/// the size of the equations. Of recordings: one table of what is doubtful or cannot be right, as units, frozen or copied
-/// channels, gaps, spikes, delays and too little motion; exit code 2 where something cannot be right. Recordings that stand
-/// beside a scene are compared with its body too.
-#[derive(Debug, Clone)]
-#[cfg_attr(feature = "clap", derive(clap::Args))]
-pub struct Options {
-    /// Scene file (scene.toml), recordings (.parquet, .csv, .journal) or folders of them
-    #[cfg_attr(feature = "clap", arg(required = true, value_name = "FILE"))]
-    pub files: Vec<PathBuf>,
-}
-
-/// Recordings of which something cannot be right; all findings have been printed.
-#[derive(Debug)]
-pub struct Refused {
-    /// The outcome, which `--json` prints all the same.
-    pub outcome: Printed,
-    n_errors: usize,
-    first: BadInput,
-}
-
-impl std::fmt::Display for Refused {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} of the findings cannot be right, the first", self.n_errors)
-    }
-}
-
-impl std::error::Error for Refused {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        Some(&self.first)
-    }
-}
-
-/// Carries out the verb.
-///
-/// # Errors
-/// Bad input; [`Refused`].
-pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
-    let (scenes, others): (Vec<&PathBuf>, Vec<&PathBuf>) =
-        options.files.iter().partition(|path| is_scene(path));
-    match (&scenes[..], &others[..]) {
-        ([scene], []) => Ok(Outcome::Scene(self::scene(scene, context)?.0)),
-        ([], _) => recordings::check(&others, (None, None), context),
-        ([scene], _) => {
-            let (outcome, length) = self::scene(scene, context)?;
-            context.print("");
-            recordings::check(&others, (Some(outcome), Some(length)), context)
-        }
-        _ => {
-            let found = scenes.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ");
-            Err(BadInput::new("FILE", "one scene at most", found)
-                .hint("check them one after the other")
-                .into())
-        }
-    }
-}
-
-/// True for what is no recording by its ending, and no folder.
-fn is_scene(path: &Path) -> bool {
-    let ending = path.extension().and_then(|ending| ending.to_str());
-    !path.is_dir() && !matches!(ending, Some("parquet" | "csv" | "journal"))
-}
 
 /// Checks a scene and its mesh; gives the length of the body too [m].
-fn scene(path: &Path, context: &Context) -> anyhow::Result<(SceneSummary, f64)> {
+pub(super) fn check(path: &Path, context: &Context) -> anyhow::Result<(SceneSummary, f64)> {
     let scene = Scene::read(path)?;
     let (body, quality) = hysteron_twin::read_body(&scene)?;
     let twin = Twin::new(&scene, &body)?;
@@ -124,51 +53,6 @@ fn scene(path: &Path, context: &Context) -> anyhow::Result<(SceneSummary, f64)> 
         warnings: quality.warnings(),
     };
     Ok((outcome, body_length(&twin)))
-}
-
-/// The outcome of `check`: of a scene alone, or of recordings, with the scene that they are compared with.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub enum Outcome {
-    /// Of recordings.
-    Recordings(RecordingFindings),
-    /// Of a scene.
-    Scene(SceneSummary),
-}
-
-impl crate::shared::outcome::Outcome for Outcome {}
-
-impl<'de> Deserialize<'de> for Outcome {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        outcome::by_key(deserializer, "findings", Self::Recordings, Self::Scene)
-    }
-}
-
-/// A scene in numbers.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-pub struct SceneSummary {
-    /// Name of the robot.
-    pub robot: String,
-    /// SHA-256 of the scene.
-    pub scene_sha256: String,
-    /// The mesh.
-    pub mesh: MeshSummary,
-    /// Mass of the body [kg].
-    pub mass_kg: f64,
-    /// Tip of the unloaded body [m].
-    pub tip_m: [f64; 3],
-    /// Tendons of the robot.
-    pub tendons: usize,
-    /// Auxiliary tendons, which correct the twin.
-    pub auxiliary_tendons: usize,
-    /// Degrees of freedom.
-    pub unknowns: usize,
-    /// Memory that the factor of the stiffness takes [byte].
-    pub factor_bytes: usize,
-    /// Share of the motion that linear tetrahedra lose.
-    pub locking: LockingEstimate,
-    /// Doubts about the mesh, as sentences.
-    pub warnings: Vec<String>,
 }
 
 fn print_friction(twin: &Twin, context: &Context) {

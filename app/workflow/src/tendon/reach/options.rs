@@ -1,9 +1,8 @@
-//! `hysteron reach`: the strokes that bring the tip to recorded goals, sample by sample.
+//! Options of `hysteron reach`.
 
 use std::path::PathBuf;
 
-use crate::Context;
-use crate::shared::run::{self, Outcome, RunOptions, Task};
+use crate::shared::run::RunOptions;
 
 /// Find the strokes that bring the tip to recorded goals
 ///
@@ -21,10 +20,4 @@ pub struct Options {
     /// Scene and outputs.
     #[cfg_attr(feature = "clap", command(flatten))]
     pub run: RunOptions,
-}
-
-/// Carries out the verb.
-pub fn run(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
-    let tolerance = 1e-3 * options.tolerance_mm;
-    run::run(Task::Reach(tolerance), &options.goals, &options.run, None, context)
 }

@@ -1,0 +1,38 @@
+//! Limits and target of a command, and the strokes that answer it.
+
+use hysteron_control::inverse::{Axes, TipPosition};
+
+/// Limits that stand instead of those of a training [m, m/s].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct LimitOverrides {
+    /// Smallest and largest stroke.
+    pub stroke: [Option<f64>; 2],
+    /// Fastest change of a stroke.
+    pub rate: Option<f64>,
+}
+
+/// Where the tip shall go.
+pub(super) struct Target {
+    /// Times (n_samples) [s].
+    pub(super) time: Vec<f64>,
+    /// Duration of a sample [s].
+    pub(super) step: f64,
+    /// Tips (n_samples).
+    pub(super) path: Vec<TipPosition>,
+    /// Whether these have a z.
+    pub(super) axes: Axes,
+}
+
+/// Strokes for a path, and what is recorded beside them, with an approach before the path and a return after it.
+pub(super) struct Answer {
+    /// Samples before the path's first.
+    pub(super) approach: usize,
+    /// By tendon, then by sample [m].
+    pub(super) strokes: Vec<Vec<f64>>,
+    /// Tip of the twin, if it was asked: x, y and z [m].
+    pub(super) twin: Option<[Vec<f64>; 3]>,
+    /// 1 where a limit reduced a stroke.
+    pub(super) limited: Vec<f64>,
+    /// 1 where a network left its training range.
+    pub(super) extrapolating: Vec<f64>,
+}

@@ -1,0 +1,245 @@
+//! The recipe: a plan, the trajectories that are missing, their recordings, their card.
+
+use std::path::PathBuf;
+
+use hysteron_base::{BadInput, Metadata, Recording, Scene, file, parallel};
+use hysteron_control::plan::Space;
+use hysteron_control::{Plan, StrokeLimits, Trajectory};
+use hysteron_report::folder::ReportFolder;
+use hysteron_twin::Error;
+use hysteron_twin::Twin;
+use hysteron_twin::synthetic::{self, RecordedStrokes, StrokeSource, Unphysical, synthesise};
+
+use super::options::Options;
+use super::outcome::{Outcome, Scaled, SyntheticTrajectory};
+use super::page;
+use super::range::CalibratedRange;
+use super::steer::Steered;
+use crate::shared::error::Cancelled;
+use crate::shared::network::{Network, plant};
+use crate::shared::outputs::Outputs;
+use crate::shared::{inputs, plan};
+use crate::{COMMIT, Context, Progress, WorkflowError};
+
+/// Plan that is used where none is named.
+const DEFAULT_PLAN: &str = "synthetic";
+/// Copy of the plan, beside the data.
+const PLAN: &str = "plan.toml";
+
+/// A trajectory and where it goes.
+struct Job<'a> {
+    trajectory: &'a Trajectory,
+    meta: Metadata,
+    out: PathBuf,
+}
+
+/// Carries out the verb.
+///
+/// # Errors
+/// Bad input; an interruption; files that cannot be written.
+pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
+    Ok(generate(options, context)?)
+}
+
+/// Simulates the trajectories that are missing, and writes them with their card.
+fn generate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
+    let scene = Scene::read(&options.scene)?;
+    let twin = Twin::from_scene(&scene)?;
+    let network = options.residual.as_deref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
+    let real = if options.real.is_empty() { Vec::new() } else { inputs::read(&options.real)? };
+    let (plan, text, scaled) = planned(options, network.as_ref(), &real, twin.n_primary, context)?;
+    plan::check_tendons(&plan, &plan::angles_of(&scene), &format!("scene {}", scene.name))?;
+    let n_trajectories = plan.trajectories().len();
+    if let Some(shard) = options.shard.filter(|shard| shard.of() > n_trajectories) {
+        let expected = format!("at most {n_trajectories} parts, the trajectories of plan {}", plan.name);
+        return Err(BadInput::new("--shard", expected, shard.of().to_string()).into());
+    }
+    let jobs = plan.trajectories().iter().enumerate();
+    let jobs = jobs.filter(|(k, _)| options.shard.is_none_or(|shard| shard.has(*k)));
+    let jobs = jobs.map(|(_, one)| job(options, &scene, network.as_ref(), one, context));
+    let (mut rows, mut missing) = (Vec::new(), Vec::new());
+    for job in jobs.collect::<anyhow::Result<Vec<_>>>()? {
+        match there(&job) {
+            Some(recording) => rows.push(made(&job, recording)?),
+            None => missing.push(job),
+        }
+    }
+    let _claim = outputs(options, &scene, &text, &real, &missing)?.check(context)?;
+    let n_jobs = rows.len() + missing.len();
+    let n_samples = missing.iter().map(|job| job.trajectory.n_samples()).sum::<usize>();
+    tracing::info!(
+        "{}, plan {}: {n_jobs} trajectories, {n_samples} samples to do; {} are there already",
+        scene.name,
+        plan.name,
+        rows.len(),
+    );
+    context.listen();
+    let bar = context.progress("samples", n_samples, 0);
+    let find = |job: &Job| simulate(job, &twin, network.as_ref(), plan.limits, &*bar, context);
+    let found = parallel::try_map(&missing, find)?;
+    bar.finish();
+    rows.extend(found.into_iter().flatten());
+    rows.sort_by(|a, b| a.name.cmp(&b.name));
+    finish(options, (&scene, &plan.name, &text, scaled), rows, &real, n_jobs, context)
+}
+
+/// Simulates a trajectory and writes its recording; `None` where it was interrupted.
+fn simulate(
+    job: &Job,
+    twin: &Twin,
+    network: Option<&Network>,
+    limits: StrokeLimits,
+    bar: &dyn Progress,
+    context: &Context,
+) -> anyhow::Result<Option<SyntheticTrajectory>> {
+    let rate = job.trajectory.rate_hz;
+    let mut go_on = || {
+        bar.inc(1);
+        !context.is_cancelled()
+    };
+    let mut plant = plant(network, twin, rate.recip())?;
+    let mut carry_out =
+        |drive: &mut dyn StrokeSource| synthesise(twin, &mut *plant, drive, job.meta.clone(), &mut go_on);
+    let coordinates =
+        |point: [f64; 2], strokes: &mut [f64]| job.trajectory.tendons.strokes_into(point, strokes);
+    let simulated = match job.trajectory.space {
+        Space::Tendons => carry_out(&mut RecordedStrokes::new(twin, &job.trajectory.commands()?)?)?,
+        Space::Tip => match Steered::new(twin, job.trajectory, &coordinates, limits) {
+            Ok(mut steered) => carry_out(&mut steered)?,
+            Err(Error::NoEquilibrium { .. }) => {
+                synthetic::SyntheticOutcome::Dropped(0, Unphysical::NoEquilibrium)
+            }
+            Err(other) => return Err(other.into()),
+        },
+    };
+    Ok(match simulated {
+        synthetic::SyntheticOutcome::Ended => None,
+        synthetic::SyntheticOutcome::Made(recording) => {
+            recording.write(&job.out)?;
+            Some(made(job, recording)?)
+        }
+        synthetic::SyntheticOutcome::Dropped(sample, why) => {
+            let why = format!("{why} at {:.2} s", sample as f64 / rate);
+            tracing::warn!("{}: left out: {why}", job.trajectory.name);
+            Some(SyntheticTrajectory::dropped(job.trajectory, why))
+        }
+    })
+}
+
+/// The plan, its text, and the range within which it was brought, where none is named.
+fn planned(
+    options: &Options,
+    network: Option<&Network>,
+    real: &[inputs::Input],
+    n_tendons: usize,
+    context: &Context,
+) -> anyhow::Result<(Plan, String, Option<Scaled>)> {
+    if let Some(named) = &options.plan {
+        let (plan, text) = plan::read(named)?;
+        return Ok((plan, text, None));
+    }
+    let by = options.residual.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
+    let range = network.and_then(|network| CalibratedRange::of_network(network, n_tendons, &by));
+    let Some(range) = range.or_else(|| CalibratedRange::of_recordings(real, n_tendons)) else {
+        tracing::warn!(
+            "nothing says on which strokes this twin was calibrated: plan {DEFAULT_PLAN} is carried out as it is (hint: --real with \
+             its recordings, or --residual)"
+        );
+        let (plan, text) = plan::read(DEFAULT_PLAN)?;
+        return Ok((plan, text, None));
+    };
+    let (plan, text, scale) = plan::within(DEFAULT_PLAN, &range.limits(), &range.source)?;
+    context.print(format_args!(
+        "no plan is named: plan {DEFAULT_PLAN} at {:.0} % of its size, within the {} of {}",
+        100.0 * scale,
+        range.said(),
+        range.source
+    ));
+    Ok((plan, text, Some(Scaled { scale, range })))
+}
+
+/// Input files, and the output files that do not exist yet.
+fn outputs(
+    options: &Options,
+    scene: &Scene,
+    plan: &str,
+    real: &[inputs::Input],
+    missing: &[Job],
+) -> anyhow::Result<Outputs> {
+    let outputs = Outputs::reading(real.iter().map(|input| &input.path))
+        .scene(&options.scene, scene)
+        .and(&options.residual);
+    let outputs = missing.iter().fold(outputs, |outputs, job| outputs.file("--out", &job.out));
+    // The copy of the plan does not say where it is from; its report does.
+    let copy = options.out.join(PLAN);
+    let is_new = !copy.exists() || file::read_text(&copy)? == plan;
+    let has_report = options.out.join("metrics.json").exists();
+    let outputs = if is_new || has_report { outputs } else { outputs.file("--out", copy) };
+    Ok(outputs.report("--out", Some(&options.out)))
+}
+
+/// The card and what is said.
+fn finish(
+    options: &Options,
+    (scene, plan, text, scaled): (&Scene, &str, &str, Option<Scaled>),
+    rows: Vec<SyntheticTrajectory>,
+    real: &[inputs::Input],
+    n_jobs: usize,
+    context: &Context,
+) -> anyhow::Result<Outcome> {
+    if context.is_cancelled() {
+        return Err(Cancelled::new(format!(
+            "; {} of {n_jobs} trajectories are done; run it again to go on",
+            rows.len()
+        ))
+        .into());
+    }
+    let outcome = Outcome::new(scene, (plan, scaled), rows, real, context);
+    let copy = options.out.join(PLAN);
+    if !copy.exists() || file::read_text(&copy)? != text {
+        file::write_bytes(&copy, text)?;
+    }
+    page::write(&ReportFolder { path: &options.out, png: options.png }, &outcome, real)?;
+    outcome.print(context);
+    if let Some(why) = outcome.why_empty() {
+        anyhow::bail!("{why}");
+    }
+    context.reported(&options.out);
+    Ok(outcome)
+}
+
+fn job<'a>(
+    options: &Options,
+    scene: &Scene,
+    network: Option<&Network>,
+    trajectory: &'a Trajectory,
+    context: &Context,
+) -> anyhow::Result<Job<'a>> {
+    let mut meta = trajectory.metadata();
+    meta.source = format!("twin {}, {}", scene.name, meta.source);
+    meta.scene_hash.clone_from(&scene.hash);
+    meta.commit = COMMIT.to_owned();
+    meta.command = context.command.clone();
+    if let Some(network) = network {
+        meta.extra.insert(NETWORK.to_owned(), network.hash.clone());
+    }
+    Ok(Job { trajectory, meta, out: options.out.join(format!("{}.parquet", trajectory.name)) })
+}
+
+/// Metadata key: hash of the residual network's checkpoint.
+const NETWORK: &str = "residual.sha256";
+
+/// The recording of a trajectory, where it is there from the same plan, scene and network.
+fn there(job: &Job) -> Option<Recording> {
+    let is_same = |found: &Recording| {
+        let keys = ["plan.sha256", NETWORK];
+        found.meta().scene_hash == job.meta.scene_hash
+            && keys.iter().all(|key| found.meta().extra.get(*key) == job.meta.extra.get(*key))
+    };
+    Recording::read(&job.out).ok().filter(is_same)
+}
+
+fn made(job: &Job, recording: Recording) -> anyhow::Result<SyntheticTrajectory> {
+    SyntheticTrajectory::made(job.trajectory, recording)
+        .map_err(|bad: BadInput| bad.within(job.out.display()).into())
+}

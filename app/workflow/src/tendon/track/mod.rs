@@ -1,0 +1,9 @@
+//! `hysteron track`: a path, its strokes, the rig, and how closely the tip followed; open loop.
+
+mod options;
+mod outcome;
+mod run;
+
+pub use options::Options;
+pub use outcome::{Outcome, Recorded};
+pub use run::run;

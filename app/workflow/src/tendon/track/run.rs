@@ -1,0 +1,87 @@
+//! The recipe: strokes for the path, the rig, and the score of its recordings.
+
+use std::path::{Path, PathBuf};
+
+use hysteron_base::{BadInput, Recording};
+use hysteron_control::path::is_recording;
+
+use super::options::Options;
+use super::outcome::{Outcome, Recorded};
+use crate::rig::record::{self, source::Source};
+use crate::shared::health::{self, Baseline, Health};
+use crate::tendon::command::LimitOverrides;
+use crate::tendon::evaluate::{self, Commanded};
+use crate::{Context, WorkflowError};
+
+/// Carries out the verb.
+///
+/// # Errors
+/// Bad input; an interruption; a rig that does not do as it is told.
+pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
+    Ok(follow(options, context)?)
+}
+
+/// Finds the strokes, carries them out, and scores what was recorded.
+fn follow(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
+    let rig = Source::read(&options.rig)?;
+    let n_tendons = rig.rig().tendons.len();
+    let baseline = options.baseline.as_deref().map(|path| Baseline::read(path, n_tendons)).transpose()?;
+    let limits = &rig.rig().limits;
+    let given = LimitOverrides {
+        stroke: [Some(limits.stroke_min), Some(limits.stroke_max)],
+        rate: Some(limits.stroke_rate_max),
+    };
+    let strokes = options.out.join("strokes.parquet");
+    let repeat = |k: usize| options.out.join(format!("repeat-{}.parquet", k + 1));
+    let outputs =
+        options.way.reads()?.and(Some(&options.rig)).and(&options.calibration).and(&options.baseline);
+    let outputs = outputs.report("--out", Some(&options.out));
+    let _claim = outputs.file("--out", &strokes).check(context)?;
+    let commanded = options.way.strokes(&given, context)?;
+    write_strokes(&commanded, &strokes, (0..options.repeats).map(repeat))?;
+    let mut tips = Vec::new();
+    for k in 0..options.repeats {
+        let out = repeat(k);
+        let seed = options.seed.wrapping_add(k as u64);
+        let calibration = options.calibration.clone();
+        record::run(&record::Options::of_strokes(&options.rig, &strokes, &out, calibration, seed), context)?;
+        tips.push(out);
+    }
+    let health = Health::of_files(&tips, baseline.as_ref())?;
+    health.iter().for_each(|health| health::print(health, context));
+    let target = &options.way.target;
+    if is_recording(target.as_ref())? {
+        context.wrote(&options.out);
+        return Ok(Outcome::Recorded(Recorded { out: options.out.clone(), repeats: tips, health }));
+    }
+    let tracked = evaluate::Options { png: options.png, ..evaluate::Options::of(target, tips, &options.out) };
+    let outcome =
+        evaluate::run_commanded(&tracked, Some(&Commanded { health, ..Commanded::of(&commanded) }), context)?;
+    context.reported(&options.out);
+    Ok(Outcome::Evaluated(Box::new(outcome)))
+}
+
+/// Writes the strokes; not over others that were carried out.
+fn write_strokes(
+    found: &Recording,
+    path: &Path,
+    mut repeats: impl Iterator<Item = PathBuf>,
+) -> anyhow::Result<()> {
+    let is_there = path.exists();
+    if is_there && Recording::read(path)?.channels() == found.channels() {
+        return Ok(());
+    }
+    match repeats.find(|repeat| is_there && repeat.exists()) {
+        None => Ok(found.write(path)?),
+        Some(repeat) => {
+            let expected = format!("the strokes that {} was measured with", repeat.display());
+            Err(BadInput::new(
+                path.display().to_string(),
+                expected,
+                "others, for what they are found with has changed",
+            )
+            .hint("choose another --out")
+            .into())
+        }
+    }
+}
