@@ -13,7 +13,7 @@ use hysteron_report::path_views::{PathViews, SpacePath};
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
 use hysteron_report::series::numbered_panels;
 use hysteron_report::stick_figure::StickFigure;
-use hysteron_report::target_map::{Goal, TargetMap};
+use hysteron_report::target_map::{TargetMap, TargetPoint};
 use hysteron_report::verdict::{Criterion, Verdict};
 
 fn main() -> anyhow::Result<()> {
@@ -146,7 +146,7 @@ fn paths(page: &mut Page) -> anyhow::Result<()> {
     page.figure(&drawn(&ErrorPaths { name, title, caption, target: rose(20.0), paths })?);
     let goal = |(k, at): (usize, (f64, f64))| {
         let missed_at = (k % 3 == 0).then_some((0.9 * at.0, 0.9 * at.1));
-        Goal { at, missed_at }
+        TargetPoint { at, missed_at }
     };
     let goals = Some(rose(20.0).into_iter().step_by(20).enumerate().map(goal).collect());
     let [name, title, caption] = texts();
@@ -154,8 +154,9 @@ fn paths(page: &mut Page) -> anyhow::Result<()> {
     page.figure(&drawn(&TargetMap { name, title, caption, curve: rose(20.0), ways, goals })?);
     let groups = vec![("circles of the tip".to_owned(), rose(20.0)), ("roses".to_owned(), rose(12.0))];
     let outline = vec![(-20.0, -20.0), (20.0, -20.0), (0.0, 20.0)];
-    let mut map = HeatMap::new(groups, ("convex hull", outline));
-    [map.name, map.title, map.caption] = texts();
+    let [name, title, caption] = texts();
+    let mut map = HeatMap::new(name, title, groups, ("convex hull", outline));
+    map.caption = caption;
     page.figure(&drawn(&map)?);
     in_space(page)
 }

@@ -28,11 +28,11 @@ pub struct TargetMap {
     /// Ways to the curve and from it [mm].
     pub ways: Vec<Path>,
     /// Points that were tried; none where nothing was tried.
-    pub goals: Option<Vec<Goal>>,
+    pub goals: Option<Vec<TargetPoint>>,
 }
 
 /// A point of a target that was tried.
-pub struct Goal {
+pub struct TargetPoint {
     /// Where it is [mm].
     pub at: (f64, f64),
     /// Where the tip stopped, if it did not reach the point [mm].
@@ -88,7 +88,7 @@ impl Figure for TargetMap {
         for dash in dashes(&self.curve, 6.0 * mm_per_px) {
             chart.draw_series(LineSeries::new(dash, part.line(TARGET, 1.6)))?;
         }
-        for Goal { at, missed_at } in self.goals.iter().flatten() {
+        for TargetPoint { at, missed_at } in self.goals.iter().flatten() {
             if let Some(tip) = missed_at {
                 chart.draw_series(LineSeries::new([*at, *tip], part.line(MISSED, 1.0)))?;
             }

@@ -7,7 +7,7 @@ use hysteron_base::{BadInput, Metadata, Recording, number};
 use hysteron_twin::{Twin, TwinState};
 
 use super::command::Command;
-use super::rollout::{End, RunState};
+use super::rollout::{RunEnd, RunState};
 use super::trace::Trace;
 use crate::shared::error::Cancelled;
 use crate::shared::paths;
@@ -82,7 +82,7 @@ impl Partial {
     }
 
     /// The error of a run that stopped after `n_done` samples, all of which are in these files.
-    pub fn stopped(&self, end: End, n_done: usize, twin: &Twin, command: &Command) -> anyhow::Error {
+    pub fn stopped(&self, end: RunEnd, n_done: usize, twin: &Twin, command: &Command) -> anyhow::Error {
         let [recording, state] = self.files().map(|path| path.display());
         let kept = if n_done == 0 {
             format!("the last equilibrium is in {state}")
@@ -91,7 +91,7 @@ impl Partial {
             format!("{n_done} of {n} samples are in {recording}, the last equilibrium in {state}")
         };
         match end {
-            End::Failed(error) => anyhow::anyhow!(
+            RunEnd::Failed(error) => anyhow::anyhow!(
                 "row {} (t = {} s), tendons {}: {error:#}; {kept}",
                 n_done + 1,
                 number::shown(command.time[n_done]),

@@ -24,7 +24,7 @@ pub struct RunState {
 }
 
 /// How a run ended.
-pub enum End {
+pub enum RunEnd {
     /// It has all samples.
     Done,
     /// It was stopped from outside.
@@ -97,18 +97,18 @@ pub fn follow(
     run: &mut RunState,
     mut series: Option<&mut Series>,
     context: &Context,
-) -> anyhow::Result<End> {
+) -> anyhow::Result<RunEnd> {
     let mut driver = Driver::new(twin, residual, &run.twin)?;
     let rest = twin.tip_of(&twin.rest());
     let distance = |tip: [f64; 3]| (0..3).map(|c| (tip[c] - rest[c]).powi(2)).sum::<f64>();
     let mut largest = f64::NEG_INFINITY;
     let bar = context.progress("samples", command.time.len(), run.trace.len());
     let start = Instant::now();
-    let mut end = End::Done;
+    let mut end = RunEnd::Done;
     let mut before = run.twin.clone();
     for row in run.trace.len()..command.time.len() {
         if context.is_cancelled() {
-            end = End::Interrupted;
+            end = RunEnd::Interrupted;
             break;
         }
         let tip = match driver.step(twin, command, row, run) {
@@ -116,7 +116,7 @@ pub fn follow(
             Err(error) => {
                 // Back to the last sample, so that state and recording agree.
                 run.twin.clone_from(&before);
-                end = End::Failed(error);
+                end = RunEnd::Failed(error);
                 break;
             }
         };

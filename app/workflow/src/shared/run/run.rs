@@ -17,7 +17,7 @@ use super::outcome::{Outcome, Run};
 use super::page;
 use super::partial::Partial;
 use super::residual::Residual;
-use super::rollout::{End, RunState, follow};
+use super::rollout::{RunEnd, RunState, follow};
 use super::series::{self, Series};
 use super::summary::RunSummary;
 use super::trace::Trace;
@@ -79,7 +79,7 @@ pub fn run(
     let n_done = trace.len();
     summary.extrapolated = residual.as_ref().map(Residual::extrapolated);
     let further = residual.map_or_else(Vec::new, |residual| residual.into_channels(n_done));
-    let is_complete = matches!(end, End::Done);
+    let is_complete = matches!(end, RunEnd::Done);
     provenance.extra.insert("complete".to_owned(), is_complete.to_string());
     let recording = match n_done {
         0 => None,

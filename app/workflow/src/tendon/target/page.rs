@@ -3,7 +3,7 @@
 use hysteron_control::TargetPath;
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::page::Page;
-use hysteron_report::target_map::{Goal, TargetMap};
+use hysteron_report::target_map::{TargetMap, TargetPoint};
 
 use super::outcome::Outcome;
 use super::reach::Reach;
@@ -61,7 +61,7 @@ fn map(target: &TargetPath, reach: Option<&Reach>) -> TargetMap {
     let all: Vec<(f64, f64)> = target.points().iter().map(mm).collect();
     let (begins, ends) = (*target.curve().start(), *target.curve().end());
     let goals = |reach: &Reach| {
-        let goal = |(goal, distance, tip): &([f64; 3], f64, [f64; 3])| Goal {
+        let goal = |(goal, distance, tip): &([f64; 3], f64, [f64; 3])| TargetPoint {
             at: mm(goal),
             missed_at: (*distance > reach.tolerance_m).then(|| mm(tip)),
         };
