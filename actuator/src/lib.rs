@@ -30,5 +30,5 @@ pub use operators::OperatorBank;
 pub use position_loop::{Gains, LoopSpec, PositionLoop, ServoCommand};
 pub use presliding::FrictionLaw;
 pub use prony::{Prony, PronyStep};
-pub use servo::{NOMINAL_VOLTAGE, Servo, ServoSpec, TICKS_PER_TURN};
+pub use servo::{NOMINAL_VOLTAGE, ServoSimulation, ServoSpec, TICKS_PER_TURN};
 pub use tendon::{Guide, TendonModel, TendonSpec, TendonTrial};

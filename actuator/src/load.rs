@@ -123,7 +123,7 @@ impl SteadyMotion {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::servo::{Servo, ServoSpec};
+    use crate::servo::{ServoSimulation, ServoSpec};
     use crate::{DriveLoad, Gains, ServoCommand};
     use std::f64::consts::TAU;
 
@@ -146,7 +146,7 @@ mod tests {
 
     /// A servo that goes to and fro under a tension: angle and load, sample by sample.
     fn recorded(tension: impl Fn(f64) -> f64) -> Vec<(f64, f64, f64)> {
-        let mut servo = Servo::new(spec().drive(), 3.0);
+        let mut servo = ServoSimulation::new(spec().drive(), 3.0);
         servo.drive.supply.voltage = 12.0;
         let mut command = ServoCommand { torque_on: true, gains: Gains::XL430, ..ServoCommand::POWER_ON };
         let mut rows = Vec::new();

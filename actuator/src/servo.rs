@@ -110,7 +110,7 @@ impl ServoSpec {
 
 /// A drive at work.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Servo {
+pub struct ServoSimulation {
     /// Its drive.
     pub drive: Drive,
     /// State of the drive.
@@ -123,7 +123,7 @@ pub struct Servo {
     smooth_duty: f64,
 }
 
-impl Servo {
+impl ServoSimulation {
     /// A servo at rest at `angle` [rad], as warm as the air.
     pub fn new(drive: Drive, angle: f64) -> Self {
         let state = DriveState::resting(angle, drive.winding.air);

@@ -92,7 +92,7 @@ fn rollouts(criterion: &mut Criterion) {
     let locked = whole.with_locked(&fingers).unwrap();
     let cases = [
         ("smooth", &locked, Integrator::SemiImplicitEuler),
-        ("friction", &whole, Integrator::WithFriction(Stops::Rigid)),
+        ("friction", &whole, Integrator::WithFriction(EndStops::Rigid)),
     ];
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -115,7 +115,8 @@ fn rollout(
         (0..length).map(|_| stream.random_range(-most..most)).collect()
     };
     let (initial, tau) = (draw(ARMS * 2 * n, 0.5), draw(ARMS * STEPS * n, 0.3));
-    let rollouts = Rollouts { model, integrator, period: (0.01, 4), n_steps: STEPS, frames: Vec::new(), isa };
+    let rollouts =
+        ArmRollouts { model, integrator, period: (0.01, 4), n_steps: STEPS, frames: Vec::new(), isa };
     let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[], friction: &[] };
     let mut states = vec![0.0; ARMS * STEPS * 2 * n];
     let threads = pool.current_num_threads();

@@ -13,7 +13,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use dynamixel2::Bus;
 use hysteron_rig::bus::ServoBus;
 use hysteron_rig::config::RigConfig;
-use hysteron_virtual_rig::emulator::{Emulator, Options};
+use hysteron_virtual_rig::emulator::{Options, ServoEmulator};
 use hysteron_virtual_rig::virtual_rig::{VirtualRobot, World, rig_file};
 
 const BAUD: u32 = 1_000_000;
@@ -23,9 +23,9 @@ const PATIENCE: Duration = Duration::from_millis(50);
 const GOAL: [u8; 4] = [116, 0, 4, 0];
 const PRESENT: [u8; 4] = [126, 0, 10, 0];
 
-fn emulator(folder: &Path) -> Emulator {
+fn emulator(folder: &Path) -> ServoEmulator {
     let options = Options { return_delay: 0.0, ..Options::new(folder.join("servos")) };
-    Emulator::start(World::idle(SERVOS.len()), options).unwrap()
+    ServoEmulator::start(World::idle(SERVOS.len()), options).unwrap()
 }
 
 /// Time of so many bytes on the wire, for people.

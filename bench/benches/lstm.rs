@@ -3,17 +3,17 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // a benchmark may stop where it stands, and prints its proof
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use hysteron_bench::learn::{Stepped, Training, TransformerPasses, runner, transformer};
+use hysteron_bench::learn::{Stepped, TransformerPasses, WaveTraining, runner, transformer};
 use hysteron_learn::{HeadOutputs, TemporalForm, WeightFormat};
 
 fn training(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("lstm/step/2x512");
     group.sample_size(10);
     for (name, mut training) in [
-        ("fused/64x20", Training::fused(20, HeadOutputs::All).unwrap()),
-        ("candle/64x20", Training::unrolled(20).unwrap()),
-        ("fused/64x200", Training::fused(200, HeadOutputs::All).unwrap()),
-        ("fused/64x200, loss at the last sample", Training::fused(200, HeadOutputs::Last).unwrap()),
+        ("fused/64x20", WaveTraining::fused(20, HeadOutputs::All).unwrap()),
+        ("candle/64x20", WaveTraining::unrolled(20).unwrap()),
+        ("fused/64x200", WaveTraining::fused(200, HeadOutputs::All).unwrap()),
+        ("fused/64x200, loss at the last sample", WaveTraining::fused(200, HeadOutputs::Last).unwrap()),
     ] {
         // From the same weights: the proof of equal work.
         println!("    loss of {name} at first {:.6}", training.step().unwrap());

@@ -5,7 +5,7 @@
 
 use anyhow::{Context, Result, bail};
 use hysteron_base::json;
-use hysteron_bench::learn::Training;
+use hysteron_bench::learn::WaveTraining;
 use hysteron_learn::HeadOutputs;
 
 const USAGE: &str = "usage: lstm_training_step STEPS REPETITIONS all|last";
@@ -20,7 +20,7 @@ fn main() -> Result<()> {
     };
     let number = |text: &String| -> Result<usize> { text.parse().context(USAGE) };
     let (steps, repetitions) = (number(steps)?, number(repetitions)?);
-    let mut training = Training::fused(steps, outputs)?;
+    let mut training = WaveTraining::fused(steps, outputs)?;
     let timed = (0..repetitions).map(|_| training.timed()).collect::<Result<Vec<_>>>()?;
     let shortest = timed.iter().map(|(_, seconds)| *seconds).fold(f64::INFINITY, f64::min);
     let losses: Vec<f64> = timed.iter().map(|(loss, _)| *loss).collect();

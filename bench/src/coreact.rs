@@ -12,13 +12,13 @@ use hysteron_twin::residual::{
     CorrectedRollout, RecurrentOptions, ResidualModel, Sequence, Sessions, fit_recurrent,
 };
 use hysteron_twin::sense::{
-    ForceSensor, SenseSample, ServoLoad, TendonSensing, TensionErrors, TipErrors, TwinObserver,
+    ForceSensor, SenseSample, ServoLoad, TendonSensing, TensionErrors, TipForceErrors, TwinObserver,
 };
-use hysteron_twin::{Motion, PhysicsTwin, Plant, Twin};
+use hysteron_twin::{PhysicsTwin, Plant, RobotMotion, Twin};
 
 use crate::measure::percentile;
 use crate::rig::{AMPLITUDE, Circling, PERIOD};
-use crate::table::{Goal as Target, Row};
+use crate::table::{FigureTarget as Target, TableRow};
 use hysteron_studies::tendon::scenes::N_PRIMARY;
 
 /// Samples before those that are measured: the circle's attack.
@@ -41,7 +41,7 @@ const SENSOR: ForceSensor = ForceSensor {
     }),
     tension: TensionErrors { force_scale: 1.2, walk_sqrt_n: 0.9, model_n: 1.8, load_n: 1.0 },
     stiffness_scale: 1.9,
-    tip: TipErrors {
+    tip: TipForceErrors {
         noise_m: [4e-5; 3],
         model_m: [3e-4; 3],
         offset_m: [2e-4; 3],
@@ -59,7 +59,7 @@ const SENSOR: ForceSensor = ForceSensor {
 pub struct Circle {
     twin: Twin,
     auxiliary: AuxiliaryLimits,
-    motion: Motion,
+    motion: RobotMotion,
 }
 
 impl Circle {
@@ -71,7 +71,7 @@ impl Circle {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshes/tpu80");
         let twin = Twin::from_scene(&Scene::read(folder.join(file))?)?;
         let auxiliary = AuxiliaryLimits::new(&twin)?;
-        let motion = Motion::for_identification(&twin, &recorded(AMPLITUDE, N_WARM + n)?, file)?;
+        let motion = RobotMotion::for_identification(&twin, &recorded(AMPLITUDE, N_WARM + n)?, file)?;
         Ok(Self { twin, auxiliary, motion })
     }
 
@@ -202,7 +202,7 @@ pub fn recorded(amplitude: f64, n: usize) -> Result<Recording> {
 ///
 /// # Errors
 /// A step fails.
-pub fn rows(repetitions: usize, n: usize) -> Result<Vec<Row>> {
+pub fn rows(repetitions: usize, n: usize) -> Result<Vec<TableRow>> {
     let mut rows = Vec::new();
     for (file, what) in
         [("scene-typical-friction.toml", "20 friction points"), ("scene-typical.toml", "no friction")]
@@ -222,7 +222,7 @@ pub fn rows(repetitions: usize, n: usize) -> Result<Vec<Row>> {
         }
         let alone = "the same twin without auxiliary tendons";
         let row = |name: &str, rate: f64, least: f64| {
-            Row::new(format!("4 + 36 tendons, {what}: {name}"), rate, "samples/s")
+            TableRow::new(format!("4 + 36 tendons, {what}: {name}"), rate, "samples/s")
                 .against(uncorrected, alone)
                 .goal(Target::AtLeast(least))
         };
@@ -231,12 +231,12 @@ pub fn rows(repetitions: usize, n: usize) -> Result<Vec<Row>> {
         let [sensing, bare] = [&sensing_times, &bare_times].map(|times| 1e3 * percentile(times, 0.99));
         let name = format!("4 + 36 tendons, {what}: tensions and tip force told, 99 % of samples");
         rows.push(
-            Row::new(name, sensing, "ms")
+            TableRow::new(name, sensing, "ms")
                 .against(bare, "the rollout alone")
                 .goal(Target::AtMost(1e3 * PERIOD)),
         );
         rows.push(
-            Row::new(format!("4 + 36 tendons, {what}: median left by identification"), 1e3 * left, "mm")
+            TableRow::new(format!("4 + 36 tendons, {what}: median left by identification"), 1e3 * left, "mm")
                 .goal(Target::AtMost(0.05)),
         );
     }

@@ -17,7 +17,7 @@ use hysteron_virtual_rig::virtual_rig::{SimulatedRig, VirtualRobot};
 use serde_json::Value;
 
 use crate::measure::machine;
-use crate::table::{Goal, Row, print_rows};
+use crate::table::{FigureTarget, TableRow, print_rows};
 
 const PRESET: &str = "typical";
 const SEED: u64 = 1;
@@ -45,7 +45,7 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
 ///
 /// # Errors
 /// As [`run`].
-pub fn rows(seconds: f64) -> Result<Vec<Row>> {
+pub fn rows(seconds: f64) -> Result<Vec<TableRow>> {
     let folder = tempfile::tempdir()?;
     Ok(measure(folder.path(), seconds)?.rows())
 }
@@ -62,29 +62,30 @@ impl Measured {
         self.stats.get(name)?.as_f64()
     }
 
-    fn rows(&self) -> Vec<Row> {
+    fn rows(&self) -> Vec<TableRow> {
         let percent = |part: Option<f64>| part.map(|part| 100.0 * part);
         let filled = 100.0 * self.n_filled as f64 / self.n_rows as f64;
         let lost = self.stats.pointer("/bus/lost").and_then(Value::as_f64);
         let wire = self.stat("wire_ms");
         let bus = |name: &str, row: &str| {
-            let row = Row::new(format!("rig: {row}"), self.stat(name), "ms");
+            let row = TableRow::new(format!("rig: {row}"), self.stat(name), "ms");
             wire.map_or(row.clone(), |wire| row.against(wire, "time of its bytes on the wire at 1 Mbaud"))
         };
         let over_wire = self.stat("bus_median_ms").zip(wire).map(|(bus, wire)| bus / wire);
         vec![
-            Row::new("rig: cycles within 1 ms of schedule", percent(self.stat("within_1ms")), "%")
-                .goal(Goal::AtLeast(99.0)),
-            Row::new("rig: host's load of a core", self.stat("processor_percent"), "%")
-                .goal(Goal::AtMost(10.0)),
+            TableRow::new("rig: cycles within 1 ms of schedule", percent(self.stat("within_1ms")), "%")
+                .goal(FigureTarget::AtLeast(99.0)),
+            TableRow::new("rig: host's load of a core", self.stat("processor_percent"), "%")
+                .goal(FigureTarget::AtMost(10.0)),
             bus("bus_median_ms", "transfers of a cycle, median"),
-            Row::new("rig: the same over its time on the wire", over_wire, "-").goal(Goal::AtMost(1.3)),
+            TableRow::new("rig: the same over its time on the wire", over_wire, "-")
+                .goal(FigureTarget::AtMost(1.3)),
             bus("bus_p99_ms", "transfers of a cycle, 99 %"),
-            Row::new("rig: reads of a servo lost", lost, "-").goal(Goal::AtMost(0.0)),
+            TableRow::new("rig: reads of a servo lost", lost, "-").goal(FigureTarget::AtMost(0.0)),
             // The tracker of the virtual rig drops one pose in a thousand; a missed cycle would count here, too.
-            Row::new("rig: rows filled in", filled, "%"),
-            Row::new("rig: start of cycles late, 99 %", self.stat("late_p99_ms"), "ms"),
-            Row::new("rig: start of cycles late, worst", self.stat("late_max_ms"), "ms"),
+            TableRow::new("rig: rows filled in", filled, "%"),
+            TableRow::new("rig: start of cycles late, 99 %", self.stat("late_p99_ms"), "ms"),
+            TableRow::new("rig: start of cycles late, worst", self.stat("late_max_ms"), "ms"),
         ]
     }
 }

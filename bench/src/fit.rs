@@ -6,11 +6,11 @@ use std::time::Instant;
 use anyhow::Result;
 use hysteron_base::Scene;
 use hysteron_twin::fit::{FitParameter, MaterialOptions, Stepping, TipFrame, fit_material, select};
-use hysteron_twin::{Motion, Twin};
+use hysteron_twin::{RobotMotion, Twin};
 
 use crate::coreact::recorded;
 use crate::measure::processor_seconds;
-use crate::table::{Goal, Row};
+use crate::table::{FigureTarget, TableRow};
 
 /// Parameters of the fit: friction among them, which makes a step dear and a fit begin from several places.
 const PARAMETERS: [&str; 4] = ["common_zero", "compliance", "sheath_exponent", "backlash"];
@@ -25,14 +25,14 @@ const LONGEST: f64 = 60.0;
 ///
 /// # Errors
 /// The scene or the rig's preset is bad, or a step fails.
-pub fn rows(n: usize) -> Result<Vec<Row>> {
+pub fn rows(n: usize) -> Result<Vec<TableRow>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshes/tpu80");
     let scene = Scene::read(folder.join("scene-typical-friction.toml"))?;
     let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
     let twin = Twin::new(&scene, &mesh)?;
     let motion =
-        |amplitude: &f64| Ok(Motion::new(&twin, &recorded(*amplitude, n)?, "the virtual rig's circle")?);
-    let motions: Vec<Motion> = AMPLITUDES.iter().map(motion).collect::<Result<_>>()?;
+        |amplitude: &f64| Ok(RobotMotion::new(&twin, &recorded(*amplitude, n)?, "the virtual rig's circle")?);
+    let motions: Vec<RobotMotion> = AMPLITUDES.iter().map(motion).collect::<Result<_>>()?;
     let wanted: Vec<FitParameter> = PARAMETERS.iter().map(|name| FitParameter::named(*name)).collect();
     let selected = select(&scene, &wanted)?;
     let options = MaterialOptions {
@@ -46,10 +46,10 @@ pub fn rows(n: usize) -> Result<Vec<Row>> {
     let found = fit_material(&scene, &mesh, &motions, &selected, &options)?;
     let (seconds, after) = (start.elapsed().as_secs_f64(), processor_seconds());
     let name = format!("fit of a scene, four parameters, three recordings of {n} samples");
-    let mut row = Row::new(name, seconds, "s").goal(Goal::AtMost(LONGEST));
+    let mut row = TableRow::new(name, seconds, "s").goal(FigureTarget::AtMost(LONGEST));
     if let Some(processor) = before.zip(after).map(|(before, after)| after - before) {
         row = row.against(processor, "processor time of all threads");
     }
     let [given, fitted] = found.errors.each_ref().map(|errors| 1e3 * errors.distance);
-    Ok(vec![row, Row::new("tip with that fit", fitted, "mm").against(given, "the scene as given")])
+    Ok(vec![row, TableRow::new("tip with that fit", fitted, "mm").against(given, "the scene as given")])
 }

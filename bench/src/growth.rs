@@ -12,7 +12,7 @@ use hysteron_base::{Channel, Metadata, Recording, file, json};
 use hysteron_fem::read_mesh;
 
 use crate::measure::{machine, shortest};
-use crate::table::{Goal, Row, print_rows};
+use crate::table::{FigureTarget, TableRow, print_rows};
 use crate::targets::slope;
 
 /// Largest exponent of time over size: linear, with what caches and the noise of a busy machine add.
@@ -109,9 +109,13 @@ pub fn run(folder: &Path, quick: bool) -> Result<()> {
         }
         let logarithms: Vec<[f64; 2]> = points.iter().map(|point| point.map(f64::ln)).collect();
         let name = format!("{}: exponent over {}", reader.name, reader.things);
-        rows.push(Row::new(name, slope(&logarithms), "-").goal(Goal::AtMost(MAX_EXPONENT)));
+        rows.push(TableRow::new(name, slope(&logarithms), "-").goal(FigureTarget::AtMost(MAX_EXPONENT)));
         if let Some([size, seconds]) = points.last() {
-            rows.push(Row::new(format!("{}: {size} {}", reader.name, reader.things), 1e3 * seconds, "ms"));
+            rows.push(TableRow::new(
+                format!("{}: {size} {}", reader.name, reader.things),
+                1e3 * seconds,
+                "ms",
+            ));
         }
         details.push(json!({ "reader": reader.name, "things": reader.things, "sizes_and_seconds": points }));
     }

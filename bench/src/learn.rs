@@ -5,27 +5,27 @@ use std::time::Instant;
 
 use anyhow::Result;
 use hysteron_learn::{
-    Adam, Architecture, HeadActivation, HeadOutputs, Memory, Network, Runner, SequenceBatch, TemporalForm,
-    Trainer, Transformer, TransformerGraph, TransformerRunner, TransformerShape, TransformerTape,
-    WeightFormat,
+    Adam, Architecture, HeadActivation, HeadOutputs, Memory, Network, NetworkRunner, SequenceBatch,
+    TemporalForm, Trainer, Transformer, TransformerGraph, TransformerRunner, TransformerShape,
+    TransformerTape, WeightFormat,
 };
 
 use crate::measure::{shortest, shortest_of_both};
-use crate::table::{Goal, Row};
+use crate::table::{FigureTarget, TableRow};
 
 /// Sequences in a batch.
 const ROWS: usize = 64;
 
 /// A network that learns to follow a sum of two waves.
 #[derive(Debug)]
-pub struct Training {
+pub struct WaveTraining {
     trainer: Trainer,
     inputs: Vec<f32>,
     steps: usize,
     outputs: HeadOutputs,
 }
 
-impl Training {
+impl WaveTraining {
     /// 2 × 512 units, 2 inputs, 4 outputs: the controller's network; batches of 64 sequences of `steps` samples.
     fn architecture() -> Architecture {
         Architecture {
@@ -50,7 +50,7 @@ impl Training {
     /// With candle's own cells; the loss is of all outputs.
     ///
     /// # Errors
-    /// As [`Training::fused`].
+    /// As [`WaveTraining::fused`].
     pub fn unrolled(steps: usize) -> Result<Self> {
         let network = Network::new(&Self::architecture(), 1)?;
         Ok(Self::with(Trainer::unrolled(network, Adam::default(), 1)?, steps, HeadOutputs::All))
@@ -108,7 +108,7 @@ pub enum Stepped {
 ///
 /// # Errors
 /// None: the sizes are legal.
-pub fn runner(stepped: Stepped) -> Result<Runner> {
+pub fn runner(stepped: Stepped) -> Result<NetworkRunner> {
     let architecture = match stepped {
         Stepped::Residual => Architecture {
             inputs: 7,
@@ -118,9 +118,9 @@ pub fn runner(stepped: Stepped) -> Result<Runner> {
             head: HeadActivation::Linear,
             dropout: 0.0,
         },
-        Stepped::Controller => Training::architecture(),
+        Stepped::Controller => WaveTraining::architecture(),
     };
-    Ok(Runner::new(&Network::new(&architecture, 1)?))
+    Ok(NetworkRunner::new(&Network::new(&architecture, 1)?))
 }
 
 /// NeuralActuator's published sizes: 36 inputs, and heads for torques, force, contact and condition.
@@ -224,7 +224,7 @@ impl TransformerPasses {
 }
 
 /// Times of windows of NeuralActuator's Transformer compared with candle's operations.
-fn transformer_rows() -> Result<Vec<Row>> {
+fn transformer_rows() -> Result<Vec<TableRow>> {
     const THEIRS: &str = "candle's own operations on the same window";
     let by_candle = |form| -> Result<f64> {
         let mut passes = TransformerPasses::new(form, 1)?;
@@ -244,7 +244,7 @@ fn transformer_rows() -> Result<Vec<Row>> {
     })?;
     let name = "NeuralActuator's Transformer";
     Ok(vec![
-        Row::new(
+        TableRow::new(
             format!(
                 "{name}, published form: one sample (the authors' release, as its notes print it: 2.6 ms)"
             ),
@@ -252,23 +252,25 @@ fn transformer_rows() -> Result<Vec<Row>> {
             "ms",
         )
         .against(window, THEIRS)
-        .goal(Goal::AtMost(0.5)),
-        Row::new(
+        .goal(FigureTarget::AtMost(0.5)),
+        TableRow::new(
             format!("{name}, streaming form: one sample"),
             transformer_ms(TemporalForm::Streaming, WeightFormat::Float32)?,
             "ms",
         )
         .against(streamed, THEIRS),
-        Row::new(
+        TableRow::new(
             format!("{name}, streaming form, 16-bit weights: one sample"),
             transformer_ms(TemporalForm::Streaming, WeightFormat::Int16)?,
             "ms",
         )
         .against(streamed, THEIRS)
-        .goal(Goal::AtMost(0.06)),
-        Row::new(format!("{name}: {ROWS} windows and back"), 1e3 * fast, "ms").against(1e3 * slow, THEIRS),
+        .goal(FigureTarget::AtMost(0.06)),
+        TableRow::new(format!("{name}: {ROWS} windows and back"), 1e3 * fast, "ms")
+            .against(1e3 * slow, THEIRS),
         // Rounding of sums over all windows and tokens.
-        Row::new(format!("{name}: derivatives of both apart"), apart, "-").goal(Goal::AtMost(1e-4)),
+        TableRow::new(format!("{name}: derivatives of both apart"), apart, "-")
+            .goal(FigureTarget::AtMost(1e-4)),
     ])
 }
 
@@ -292,8 +294,9 @@ fn sample_seconds(stepped: Stepped) -> Result<f64> {
 ///
 /// # Errors
 /// Training diverged.
-pub fn rows(repetitions: usize, steps: usize) -> Result<Vec<Row>> {
-    let (mut fused, mut unrolled) = (Training::fused(steps, HeadOutputs::All)?, Training::unrolled(steps)?);
+pub fn rows(repetitions: usize, steps: usize) -> Result<Vec<TableRow>> {
+    let (mut fused, mut unrolled) =
+        (WaveTraining::fused(steps, HeadOutputs::All)?, WaveTraining::unrolled(steps)?);
     let mut apart = 0.0f64;
     let [fast, slow] = shortest_of_both(repetitions.max(2), |k| -> Result<[f64; 2]> {
         let ((here, fast), (there, slow)) = (fused.timed()?, unrolled.timed()?);
@@ -305,16 +308,17 @@ pub fn rows(repetitions: usize, steps: usize) -> Result<Vec<Row>> {
     })?;
     let name = format!("LSTM 2 × 512, batch of {ROWS} × {steps}");
     let mut rows = vec![
-        Row::new(format!("{name}: step of training"), fast, "s")
+        TableRow::new(format!("{name}: step of training"), fast, "s")
             .against(slow, "candle's own cells, unrolled")
-            .goal(Goal::AtMost(3.0)),
-        Row::new(format!("{name}: candle's time over ours"), slow / fast, "-").goal(Goal::AtLeast(5.0)),
+            .goal(FigureTarget::AtMost(3.0)),
+        TableRow::new(format!("{name}: candle's time over ours"), slow / fast, "-")
+            .goal(FigureTarget::AtLeast(5.0)),
         // Proof that both did the same work: rounding of sums over the batch.
-        Row::new(format!("{name}: losses of both apart"), apart, "-").goal(Goal::AtMost(1e-4)),
-        Row::new("LSTM 2 × 128: one sample", 1e6 * sample_seconds(Stepped::Residual)?, "µs")
-            .goal(Goal::AtMost(30.0)),
-        Row::new("LSTM 2 × 512: one sample", 1e3 * sample_seconds(Stepped::Controller)?, "ms")
-            .goal(Goal::AtMost(0.3)),
+        TableRow::new(format!("{name}: losses of both apart"), apart, "-").goal(FigureTarget::AtMost(1e-4)),
+        TableRow::new("LSTM 2 × 128: one sample", 1e6 * sample_seconds(Stepped::Residual)?, "µs")
+            .goal(FigureTarget::AtMost(30.0)),
+        TableRow::new("LSTM 2 × 512: one sample", 1e3 * sample_seconds(Stepped::Controller)?, "ms")
+            .goal(FigureTarget::AtMost(0.3)),
     ];
     rows.extend(transformer_rows()?);
     Ok(rows)

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
-use hysteron_bench::targets::{self, Effort};
+use hysteron_bench::targets::{self, MeasuringTime};
 use hysteron_bench::{emulated, growth};
 
 /// Performance targets next to their baselines
@@ -37,7 +37,7 @@ fn main() -> Result<()> {
         Some(Verb::Growth) => growth::run(&folder("growth"), quick),
         Some(Verb::Rig) => emulated::run(&folder("rig"), quick),
         None => {
-            let effort = if quick { Effort::QUICK } else { Effort::FULL };
+            let effort = if quick { MeasuringTime::QUICK } else { MeasuringTime::FULL };
             let folder = out.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")));
             targets::run(effort, &folder.join("targets.json"))
         }

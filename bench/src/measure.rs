@@ -6,7 +6,7 @@ use hysteron_twin::{Stepper, Target, Twin};
 
 /// Cost and convergence of a run of steps.
 #[derive(Debug, Clone, Default)]
-pub struct Run {
+pub struct StepCost {
     /// Duration of every measured step [s].
     pub seconds: Vec<f64>,
     /// Worst relative residual of a measured step [-].
@@ -23,7 +23,7 @@ pub struct Run {
     pub clarabel_solves: usize,
 }
 
-impl Run {
+impl StepCost {
     /// Steps from rest through `targets`; the first `n_skipped` are not measured.
     ///
     /// # Errors
@@ -65,7 +65,7 @@ pub fn percentile(values: &[f64], p: f64) -> f64 {
 
 /// Value that the share `p` of all steps of all runs stays below [s]: a step that something else delayed counts as
 /// it was.
-pub fn percentile_of_steps(runs: &[Run], p: f64) -> f64 {
+pub fn percentile_of_steps(runs: &[StepCost], p: f64) -> f64 {
     let seconds: Vec<f64> = runs.iter().flat_map(|run| run.seconds.iter().copied()).collect();
     percentile(&seconds, p)
 }
@@ -143,9 +143,9 @@ mod tests {
         // Each run is slow in another step: the shortest time of every step hides all of them.
         let run = |slow: usize| {
             let seconds = (0..10).map(|k| if k == slow { 1.0 } else { 1e-3 }).collect();
-            Run { seconds, ..Run::default() }
+            StepCost { seconds, ..StepCost::default() }
         };
-        let runs: Vec<Run> = (0..5).map(run).collect();
+        let runs: Vec<StepCost> = (0..5).map(run).collect();
         assert_eq!(percentile_of_steps(&runs, 0.99), 1.0);
         assert_eq!(percentile_of_steps(&runs, 0.5), 1e-3);
     }

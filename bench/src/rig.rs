@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::{Result, ensure};
 use hysteron_virtual_rig::virtual_rig::{VirtualRobot, World};
 
-use crate::table::{Goal, Row};
+use crate::table::{FigureTarget, TableRow};
 
 /// Time between two commands [s].
 pub const PERIOD: f64 = 0.01;
@@ -70,7 +70,7 @@ impl Circling {
 ///
 /// # Errors
 /// The preset is bad, or a balance of the body failed.
-pub fn rows(repetitions: usize) -> Result<Vec<Row>> {
+pub fn rows(repetitions: usize) -> Result<Vec<TableRow>> {
     let mut kept = Circling::new()?;
     (0..1000).for_each(|_| kept.cycle());
     let mut plain = kept.clone();
@@ -82,11 +82,14 @@ pub fn rows(repetitions: usize) -> Result<Vec<Row>> {
     }
     let counts = kept.world.balance_counts();
     ensure!(counts.failures == 0, "{} balances of the virtual rig failed", counts.failures);
-    let row = Row::new("virtual rig, times real time", fast, "-")
+    let row = TableRow::new("virtual rig, times real time", fast, "-")
         .against(slow, "the same rig, a new factor in every iteration")
-        .goal(Goal::AtLeast(50.0));
+        .goal(FigureTarget::AtLeast(50.0));
     let [there, here] = [plain, kept].map(|circling| circling.world.tip().position);
     let apart = (0..3).map(|i| (there[i] - here[i]).powi(2)).sum::<f64>().sqrt();
     // Proof that both did the same work.
-    Ok(vec![row, Row::new("virtual rig, tips of both apart", 1e3 * apart, "mm").goal(Goal::AtMost(1e-3))])
+    Ok(vec![
+        row,
+        TableRow::new("virtual rig, tips of both apart", 1e3 * apart, "mm").goal(FigureTarget::AtMost(1e-3)),
+    ])
 }

@@ -7,14 +7,14 @@ use serde::Serialize;
 /// Target of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Goal {
+pub enum FigureTarget {
     /// Not less than this.
     AtLeast(f64),
     /// Not more than this.
     AtMost(f64),
 }
 
-impl Goal {
+impl FigureTarget {
     /// True where `measured` reaches it.
     pub fn is_met(self, measured: f64) -> bool {
         match self {
@@ -26,7 +26,7 @@ impl Goal {
 
 /// One line of the table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Row {
+pub struct TableRow {
     /// Name of the figure.
     pub name: String,
     /// Its value; none where it could not be measured here.
@@ -40,12 +40,12 @@ pub struct Row {
     /// Measured over baseline.
     pub ratio: Option<f64>,
     /// Target of the value.
-    pub target: Option<Goal>,
+    pub target: Option<FigureTarget>,
     /// Whether it does.
     pub met: Option<bool>,
 }
 
-impl Row {
+impl TableRow {
     /// A figure without baseline or target.
     pub fn new(name: impl Into<String>, measured: impl Into<Option<f64>>, unit: &str) -> Self {
         Self {
@@ -69,7 +69,7 @@ impl Row {
     }
 
     /// The same, with a target.
-    pub fn goal(mut self, goal: Goal) -> Self {
+    pub fn goal(mut self, goal: FigureTarget) -> Self {
         self.target = Some(goal);
         self.met = self.measured.map(|measured| goal.is_met(measured));
         self
@@ -77,14 +77,14 @@ impl Row {
 }
 
 /// Prints the table of targets.
-pub fn print_rows(rows: &[Row]) {
+pub fn print_rows(rows: &[TableRow]) {
     let heading = ["name", "measured", "unit", "baseline", "ratio", "target", "met"];
     let mut cells = vec![heading.map(str::to_owned).to_vec()];
     for row in rows {
         let optional = |value: Option<f64>| value.map_or("-".to_owned(), number);
         let target = match row.target {
-            Some(Goal::AtLeast(bound)) => format!(">= {}", number(bound)),
-            Some(Goal::AtMost(bound)) => format!("<= {}", number(bound)),
+            Some(FigureTarget::AtLeast(bound)) => format!(">= {}", number(bound)),
+            Some(FigureTarget::AtMost(bound)) => format!("<= {}", number(bound)),
             None => "-".to_owned(),
         };
         let met = row.met.map_or("-", |met| if met { "yes" } else { "NO" });

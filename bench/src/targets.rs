@@ -21,10 +21,10 @@ use crate::drive::{self, N_CIRCLE, N_RAMP};
 use crate::fit;
 use crate::learn;
 use crate::measure::{
-    Run, machine, peak_memory_mb, percentile, percentile_of_steps, processor_seconds, shortest,
+    StepCost, machine, peak_memory_mb, percentile, percentile_of_steps, processor_seconds, shortest,
 };
 use crate::rig;
-use crate::table::{Goal, Row, print_rows};
+use crate::table::{FigureTarget, TableRow, print_rows};
 use crate::{emulated, repository};
 use hysteron_studies::tendon::scenes::{
     N_PRIMARY, N_TENDONS, Setting, sofa_mesh, sofa_scene, tube, tube_scene,
@@ -38,7 +38,7 @@ const NOISE: f64 = 10e-6;
 
 /// How long to measure.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Effort {
+pub struct MeasuringTime {
     /// Times every drive is run.
     pub repetitions: usize,
     /// Steps of a drive, the ramp included.
@@ -57,7 +57,7 @@ pub struct Effort {
     pub n_samples: usize,
 }
 
-impl Effort {
+impl MeasuringTime {
     /// A whole circle and more, five times.
     pub const FULL: Self = Self {
         repetitions: 5,
@@ -86,7 +86,7 @@ impl Effort {
 ///
 /// # Errors
 /// A step fails, or the reference cannot be read.
-pub fn run(effort: Effort, path: &Path) -> Result<()> {
+pub fn run(effort: MeasuringTime, path: &Path) -> Result<()> {
     let mesh = sofa_mesh(repository())?;
     let few = sofa_scene(repository(), Setting::TARGETS, &mesh, N_PRIMARY)?;
     let many = sofa_scene(repository(), Setting::TARGETS, &mesh, N_TENDONS)?;
@@ -107,12 +107,12 @@ pub fn run(effort: Effort, path: &Path) -> Result<()> {
         ("4 + 36 tendons by tension, noise on 4", &many, noisy(&tensions, N_PRIMARY), Some(700.0)),
         ("4 tendons, 16 friction points", &rubbing, circle.clone(), Some(2000.0)),
     ];
-    let mut runs: Vec<Vec<Run>> = vec![Vec::new(); drives.len()];
+    let mut runs: Vec<Vec<StepCost>> = vec![Vec::new(); drives.len()];
     let mut factorisation = f64::INFINITY;
     for repetition in 0..effort.repetitions {
         for ((name, twin, targets, _), runs) in drives.iter().zip(&mut runs) {
             factorisation = factorisation.min(faer_seconds(&few));
-            let run = Run::new(twin, targets, N_RAMP)?;
+            let run = StepCost::new(twin, targets, N_RAMP)?;
             println!("{:2}  {name:40} {:7.0} steps/s", repetition + 1, run.rate());
             runs.push(run);
         }
@@ -122,16 +122,21 @@ pub fn run(effort: Effort, path: &Path) -> Result<()> {
     let mut details = Vec::new();
     let mut worst = (0.0f64, 0.0f64);
     for ((name, twin, _, target), runs) in drives.iter().zip(&runs) {
-        let rates: Vec<f64> = runs.iter().map(Run::rate).collect();
-        let row = Row::new(format!("{name}: speed"), percentile(&rates, 1.0), "steps/s")
+        let rates: Vec<f64> = runs.iter().map(StepCost::rate).collect();
+        let row = TableRow::new(format!("{name}: speed"), percentile(&rates, 1.0), "steps/s")
             .against(1.0 / factorisation, FAER);
         rows.push(match target {
-            Some(rate) => row.goal(Goal::AtLeast(*rate)),
+            Some(rate) => row.goal(FigureTarget::AtLeast(*rate)),
             None => row,
         });
-        let row = Row::new(format!("{name}: 99 % of steps"), 1e3 * percentile_of_steps(runs, 0.99), "ms")
-            .against(1e3 * factorisation, FAER);
-        rows.push(if target.is_some_and(|rate| rate > 700.0) { row.goal(Goal::AtMost(2.0)) } else { row });
+        let row =
+            TableRow::new(format!("{name}: 99 % of steps"), 1e3 * percentile_of_steps(runs, 0.99), "ms")
+                .against(1e3 * factorisation, FAER);
+        rows.push(if target.is_some_and(|rate| rate > 700.0) {
+            row.goal(FigureTarget::AtMost(2.0))
+        } else {
+            row
+        });
         for run in runs {
             worst = (worst.0.max(run.worst_residual), worst.1.max(run.worst_stroke_error));
         }
@@ -152,21 +157,21 @@ pub fn run(effort: Effort, path: &Path) -> Result<()> {
     }
     for ((n_tendons, sofa), row) in SOFA.into_iter().zip([0, 2]) {
         let name = format!("{n_tendons} tendons: speed, SOFA quoted");
-        rows.push(Row::new(name, rows[row].measured, "steps/s").against(sofa, "SOFA v25.06, quoted"));
+        rows.push(TableRow::new(name, rows[row].measured, "steps/s").against(sofa, "SOFA v25.06, quoted"));
     }
-    rows.push(Row::new("peak memory", peak_memory_mb(), "MB").goal(Goal::AtMost(200.0)));
-    let Rollouts { two, one, by_processor_time } = rollouts(&few, &circle, effort.repetitions)?;
-    rows.push(Row::new("two threads: rollouts", two, "steps/s").against(one, "one thread, in between"));
-    rows.push(Row::new("two threads: gain", two / one, "-").goal(Goal::AtLeast(1.8)));
-    rows.push(Row::new("two threads: gain by processor time", by_processor_time, "-"));
+    rows.push(TableRow::new("peak memory", peak_memory_mb(), "MB").goal(FigureTarget::AtMost(200.0)));
+    let ThreadSpeeds { two, one, by_processor_time } = rollouts(&few, &circle, effort.repetitions)?;
+    rows.push(TableRow::new("two threads: rollouts", two, "steps/s").against(one, "one thread, in between"));
+    rows.push(TableRow::new("two threads: gain", two / one, "-").goal(FigureTarget::AtLeast(1.8)));
+    rows.push(TableRow::new("two threads: gain by processor time", by_processor_time, "-"));
     rows.extend(scaling(effort, &mut worst)?);
     rows.extend(rig::rows(effort.repetitions)?);
     rows.extend(emulated::rows(effort.recorded)?);
     rows.extend(coreact::rows(effort.repetitions, effort.n_identified)?);
     rows.extend(fit::rows(effort.n_fitted)?);
     rows.extend(learn::rows(effort.repetitions, effort.n_samples)?);
-    rows.push(Row::new("worst relative residual", worst.0, "-").goal(Goal::AtMost(1e-6)));
-    rows.push(Row::new("worst stroke error", 1e3 * worst.1, "mm").goal(Goal::AtMost(1e-6)));
+    rows.push(TableRow::new("worst relative residual", worst.0, "-").goal(FigureTarget::AtMost(1e-6)));
+    rows.push(TableRow::new("worst stroke error", 1e3 * worst.1, "mm").goal(FigureTarget::AtMost(1e-6)));
 
     println!();
     print_rows(&rows);
@@ -200,7 +205,7 @@ fn faer_seconds(twin: &Twin) -> f64 {
 }
 
 /// Speed on two threads and on one [steps/s].
-struct Rollouts {
+struct ThreadSpeeds {
     two: f64,
     one: f64,
     /// Gain with an undisturbed core for each thread, from processor times: what sharing memory and caches
@@ -209,7 +214,7 @@ struct Rollouts {
 }
 
 /// Rollouts on two threads, with a stepper each, and on one; best of alternations.
-fn rollouts(twin: &Twin, targets: &[Vec<Target>], alternations: usize) -> Result<Rollouts> {
+fn rollouts(twin: &Twin, targets: &[Vec<Target>], alternations: usize) -> Result<ThreadSpeeds> {
     let rollout = || -> hysteron_twin::Result<()> {
         let mut stepper = Stepper::new(twin);
         targets.iter().try_for_each(|targets| stepper.step(twin, targets).map(drop))
@@ -238,11 +243,11 @@ fn rollouts(twin: &Twin, targets: &[Vec<Target>], alternations: usize) -> Result
         [Some(one), Some(two)] if two > 0.0 => Some(4.0 * one / two),
         _ => None,
     };
-    Ok(Rollouts { two, one, by_processor_time })
+    Ok(ThreadSpeeds { two, one, by_processor_time })
 }
 
 /// The circular drive on finer and finer tubes, and the exponent of cost over size.
-fn scaling(effort: Effort, worst: &mut (f64, f64)) -> Result<Vec<Row>> {
+fn scaling(effort: MeasuringTime, worst: &mut (f64, f64)) -> Result<Vec<TableRow>> {
     // Up to the circle in few steps: only the steps on it are measured.
     let n_ramp = N_RAMP / 10;
     let ramp = (0..n_ramp).map(|k| 10 * k);
@@ -258,7 +263,7 @@ fn scaling(effort: Effort, worst: &mut (f64, f64)) -> Result<Vec<Row>> {
         let repetitions = if divisions < 25 { effort.repetitions } else { 1 };
         let mut fastest = f64::INFINITY;
         for _ in 0..repetitions {
-            let run = Run::new(&twin, &targets, n_ramp + n_settling)?;
+            let run = StepCost::new(&twin, &targets, n_ramp + n_settling)?;
             ensure!(run.newton_steps == 0, "{} steps on the circle by Newton's method", run.newton_steps);
             fastest = fastest.min(1e3 / run.rate());
             *worst = (worst.0.max(run.worst_residual), worst.1.max(run.worst_stroke_error));
@@ -266,12 +271,14 @@ fn scaling(effort: Effort, worst: &mut (f64, f64)) -> Result<Vec<Row>> {
         let n = twin.body.n_unknowns();
         println!("{n} unknowns: {fastest:.3} ms/step");
         rows.push(
-            Row::new(format!("step with {n} unknowns"), fastest, "ms")
+            TableRow::new(format!("step with {n} unknowns"), fastest, "ms")
                 .against(1e3 * faer_seconds(&twin), FAER),
         );
         points.push([(n as f64).ln(), fastest.ln()]);
     }
-    rows.push(Row::new("exponent of cost over unknowns", slope(&points), "-").goal(Goal::AtMost(1.3)));
+    rows.push(
+        TableRow::new("exponent of cost over unknowns", slope(&points), "-").goal(FigureTarget::AtMost(1.3)),
+    );
     Ok(rows)
 }
 

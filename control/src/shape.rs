@@ -160,12 +160,12 @@ fn diamond_ratio(command: &[[f64; 2]], tip: &[[f64; 2]], least: f64) -> Option<f
 mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
     use super::*;
-    use crate::Plan;
+    use crate::MotionPlan;
     use hysteron_base::{Channel, Metadata};
 
     /// The commands of a trajectory of the plan `quick`, with this tip for every commanded point.
     fn recorded(name: &str, tip_of: impl Fn([f64; 2]) -> [f64; 2]) -> Recording {
-        let plan = Plan::named("quick").unwrap();
+        let plan = MotionPlan::named("quick").unwrap();
         let trajectory = plan.trajectories().iter().find(|trajectory| trajectory.name == name).unwrap();
         let commands = trajectory.commands().unwrap();
         let tips: Vec<[f64; 2]> =

@@ -160,7 +160,7 @@ mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
     use super::*;
-    use crate::Plan;
+    use crate::MotionPlan;
     use hysteron_base::rng;
 
     /// Strokes as a servo would report them, in whole ticks of 15 µm, row by row.
@@ -179,7 +179,7 @@ mod tests {
             _ => MotionKind::Curve,
         };
         for name in ["quick", "paper", "synthetic"] {
-            for trajectory in Plan::named(name).unwrap().trajectories() {
+            for trajectory in MotionPlan::named(name).unwrap().trajectories() {
                 let commands = trajectory.commands().unwrap();
                 let family = commands.meta().extra["plan.family"].clone();
                 let found = MotionKind::of(&ticked(&commands), 4);

@@ -6,7 +6,7 @@ use std::io::Write;
 use hysteron_base::{Recording, Scene};
 use hysteron_fit::qp::BoxQp;
 use hysteron_twin::coreact::{AuxiliaryLimits, AuxiliaryPolicy, Identifier, IdentifyOptions, TipMeasurement};
-use hysteron_twin::{Motion, Twin};
+use hysteron_twin::{RobotMotion, Twin};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let count: usize = count.parse()?;
     let twin = Twin::from_scene(&Scene::read(scene)?)?;
     let auxiliary = AuxiliaryLimits::new(&twin)?;
-    let motion = Motion::for_identification(&twin, &Recording::read(recording)?, recording)?;
+    let motion = RobotMotion::for_identification(&twin, &Recording::read(recording)?, recording)?;
     let every = motion.len() / (count + 1);
     let options = IdentifyOptions { rounds: 1, ..IdentifyOptions::default() };
     let mut identifier = Identifier::new(&twin, &auxiliary, options);

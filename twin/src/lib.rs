@@ -63,7 +63,7 @@ pub use inverse::{ReachReport, TipGoal};
 pub use layout::auxiliary_tendons;
 pub use locking::{LockedMove, Locking};
 pub use model::{Accuracy, Couple, Target, Twin, TwinTendon, read_body};
-pub use motion::Motion;
+pub use motion::RobotMotion;
 pub use plant::{PhysicsTwin, Plant, PlantStep, relax_to_equilibrium};
 pub use registration::Registration;
 pub use report::StepReport;

@@ -1,6 +1,6 @@
 //! The twin of one robot: body, cables, loads and tip. Never changes.
 
-use hysteron_base::{BadInput, Bounds, PrescribedQuantity, Region, Scene, Tendon, Tip};
+use hysteron_base::{BadInput, Bounds, PrescribedQuantity, Region, Scene, Tendon, TipDefinition};
 use hysteron_fem::{Embedding, FemModel, Mesh, MeshQuality};
 use nalgebra::{Matrix3, Vector3};
 
@@ -197,8 +197,10 @@ impl Twin {
         let sheath_share = scene.friction.map_or(0.0, |friction| friction.sheath_compliance_share);
         set_compliance(&mut cables, &tendons, &friction, sheath_share);
         let tip = match &scene.tip {
-            Tip::Group(group) => mean_of(&body, &region_nodes(mesh, &Region::Group(group.clone()), "tip")?),
-            Tip::Point(point) => carried(&body, *point, ON_SURFACE, "tip.point_mm")?,
+            TipDefinition::Group(group) => {
+                mean_of(&body, &region_nodes(mesh, &Region::Group(group.clone()), "tip")?)
+            }
+            TipDefinition::Point(point) => carried(&body, *point, ON_SURFACE, "tip.point_mm")?,
         };
         if !moves(&body, &tip) {
             return Err(BadInput::new("tip", "a part of the body that can move", "one that is clamped")

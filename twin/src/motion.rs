@@ -24,7 +24,7 @@ const AT_REST: f64 = 0.05;
 
 /// Commands and measured motion of a robot, in the frame of its twin.
 #[derive(Debug, Clone)]
-pub struct Motion {
+pub struct RobotMotion {
     /// Name in messages.
     pub name: String,
     /// Duration of a sample, the mean where it varies [s].
@@ -50,7 +50,7 @@ pub struct Motion {
     drives: Vec<PrescribedQuantity>,
 }
 
-impl Motion {
+impl RobotMotion {
     /// Takes commands and tip out of `recording`, called `name` in messages. Recorded strokes of auxiliary
     /// tendons are not read: they belong to the twin that they were found with.
     ///

@@ -1,6 +1,6 @@
 //! A virtual servo does to the last bit what it did before it became a preset of the drive that others are.
 
-use hysteron_actuator::{DriveLoad, Gains, Servo, ServoCommand, ServoSpec, Stribeck};
+use hysteron_actuator::{DriveLoad, Gains, ServoCommand, ServoSimulation, ServoSpec, Stribeck};
 use hysteron_base::file;
 
 /// SHA-256 over angle, speed, reference, PWM, current and temperature of every step, little endian. Made by this test at
@@ -20,7 +20,7 @@ fn virtual_servo_keeps_its_bytes() {
         thermal_resistance: 8.0,
         ambient_temperature: 23.0,
     };
-    let mut servo = Servo::new(spec.checked().unwrap().drive(), 0.2);
+    let mut servo = ServoSimulation::new(spec.checked().unwrap().drive(), 0.2);
     let mut bytes = Vec::new();
     for k in 0..6000 {
         let command = ServoCommand {

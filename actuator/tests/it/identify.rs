@@ -7,7 +7,7 @@ use hysteron_actuator::identify::{
 use hysteron_actuator::law::{JointFriction, Law, Sliding};
 use hysteron_actuator::{Drive, Gear, LoopSpec, Motor, Supply, Winding};
 use hysteron_base::json;
-use hysteron_fit::Estimate;
+use hysteron_fit::IdentifiedParameter;
 use hysteron_fuzz::recorded;
 use rand::RngExt;
 use rayon::prelude::*;
@@ -93,7 +93,7 @@ fn standard_errors_of_a_law_cover_the_truth_as_often_as_they_say() {
             .collect();
         let found = identify_friction(&law, &speeds, &torques, None).unwrap();
         let estimates = found.fit.estimates[..truth.len()].iter();
-        let is_inside = |(estimate, truth): (&Estimate, &f64)| {
+        let is_inside = |(estimate, truth): (&IdentifiedParameter, &f64)| {
             (estimate.value - truth).abs() < 1.96 * estimate.standard_error.unwrap()
         };
         estimates.zip(&truth).map(is_inside).collect::<Vec<bool>>()

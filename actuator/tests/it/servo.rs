@@ -1,7 +1,8 @@
 //! A servo on its own: profile, droop, stall, standstill, heat.
 
 use hysteron_actuator::{
-    Drive, DriveLoad, Gains, NOMINAL_VOLTAGE, Servo, ServoCommand, ServoSpec, Stribeck, TICKS_PER_TURN,
+    Drive, DriveLoad, Gains, NOMINAL_VOLTAGE, ServoCommand, ServoSimulation, ServoSpec, Stribeck,
+    TICKS_PER_TURN,
 };
 use std::f64::consts::TAU;
 
@@ -24,15 +25,15 @@ fn spec(coulomb: f64, breakaway: f64) -> ServoSpec {
     .unwrap()
 }
 
-fn servo_with(coulomb: f64, breakaway: f64) -> Servo {
-    Servo::new(spec(coulomb, breakaway).drive(), 0.0)
+fn servo_with(coulomb: f64, breakaway: f64) -> ServoSimulation {
+    ServoSimulation::new(spec(coulomb, breakaway).drive(), 0.0)
 }
 
 fn on(goal: i32) -> ServoCommand {
     ServoCommand { torque_on: true, goal, ..ServoCommand::POWER_ON }
 }
 
-fn run(servo: &mut Servo, command: &ServoCommand, load: f64, seconds: f64) {
+fn run(servo: &mut ServoSimulation, command: &ServoCommand, load: f64, seconds: f64) {
     for _ in 0..(seconds / H).round() as usize {
         servo.step(command, DriveLoad::torque(load), H);
     }
@@ -118,7 +119,7 @@ fn profile_is_the_closed_form_all_the_way() {
 fn errors_within_the_dead_band_move_nothing() {
     let drive = |dead_band: f64| ServoSpec { dead_band, ..spec(0.0, 0.0) }.drive();
     let turned = |drive: Drive| {
-        let mut servo = Servo::new(drive, 0.0);
+        let mut servo = ServoSimulation::new(drive, 0.0);
         run(&mut servo, &on(4), 0.0, 1.0);
         servo.ticks()
     };
@@ -159,7 +160,7 @@ fn half_the_voltage_gives_half_the_speed() {
 
 #[test]
 fn output_without_torque_holds_until_friction_is_overcome() {
-    let mut servo = Servo::new(spec(0.06, 0.08).drive(), 1.0);
+    let mut servo = ServoSimulation::new(spec(0.06, 0.08).drive(), 1.0);
     run(&mut servo, &ServoCommand::POWER_ON, 0.079, 1.0);
     assert_eq!(servo.state.angle, 1.0);
     run(&mut servo, &ServoCommand::POWER_ON, 0.085, 0.1);

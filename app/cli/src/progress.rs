@@ -11,7 +11,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 const EVERY: Duration = Duration::from_secs(30);
 
 /// A bar, or lines of the log.
-pub struct Bar {
+pub struct ProgressDisplay {
     bar: ProgressBar,
     of: String,
     /// Lines are logged, for no bar is drawn.
@@ -25,7 +25,7 @@ pub struct Bar {
 
 /// A bar over `length` things, 0 where nobody knows how many, `done` of them before this run, with rate and
 /// remaining time. None where the log shows warnings alone.
-pub fn bar(of: &str, length: usize, done: usize) -> Bar {
+pub fn bar(of: &str, length: usize, done: usize) -> ProgressDisplay {
     let is_wanted = tracing::enabled!(tracing::Level::INFO);
     let is_drawn = is_wanted && std::io::stderr().is_terminal();
     let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
@@ -52,7 +52,7 @@ pub fn bar(of: &str, length: usize, done: usize) -> Bar {
     }
     bar.set_position(done as u64);
     bar.reset_eta();
-    Bar {
+    ProgressDisplay {
         bar,
         of: of.to_owned(),
         is_logged: is_wanted && !is_drawn,
@@ -62,7 +62,7 @@ pub fn bar(of: &str, length: usize, done: usize) -> Bar {
     }
 }
 
-impl Progress for Bar {
+impl Progress for ProgressDisplay {
     fn inc(&self, n: u64) {
         self.bar.inc(n);
         self.log();
@@ -86,7 +86,7 @@ impl Progress for Bar {
     }
 }
 
-impl Bar {
+impl ProgressDisplay {
     /// Logs a line where it is time for one.
     fn log(&self) {
         if !self.is_logged {

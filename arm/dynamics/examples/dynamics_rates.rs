@@ -125,7 +125,8 @@ const STEPS: usize = 25;
 /// Data steps per second of rollouts, there, and there and back.
 fn rollouts(model: &Model, states: &States, isa: Isa, integrator: Integrator) -> serde_json::Value {
     let n = model.n_joints();
-    let rollouts = Rollouts { model, integrator, period: (0.01, 4), n_steps: STEPS, frames: Vec::new(), isa };
+    let rollouts =
+        ArmRollouts { model, integrator, period: (0.01, 4), n_steps: STEPS, frames: Vec::new(), isa };
     let initial: Vec<f64> = (0..STATES).flat_map(|i| states.at(i)[..2].concat()).collect();
     let tau: Vec<f64> = (0..STATES).flat_map(|i| states.at(i)[2].repeat(STEPS)).collect();
     let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[], friction: &[] };
@@ -164,7 +165,8 @@ fn speed_up(model: &Model) -> serde_json::Value {
     let batch = Batch::new(model);
     let mut forward = || batch.run(&ForwardDynamics, n_states, &[&q, &dq, &x], &mut [&mut out]);
     let (integrator, isa) = (Integrator::SemiImplicitEuler, Isa::detect());
-    let rollouts = Rollouts { model, integrator, period: (0.01, 4), n_steps: STEPS, frames: Vec::new(), isa };
+    let rollouts =
+        ArmRollouts { model, integrator, period: (0.01, 4), n_steps: STEPS, frames: Vec::new(), isa };
     let (initial, tau) = (draw(STATES * 2 * n), draw(STATES * STEPS * n));
     let inputs = RolloutInputs { initial: &initial, tau: &tau, forces: &[], friction: &[] };
     let mut found = vec![0.0; STATES * STEPS * 2 * n];
@@ -199,7 +201,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for (way, isa) in ways.into_iter().filter_map(|(way, isa)| Some((way, isa?))) {
             report[way] = batches(&model, &states, isa);
             report[format!("{way}_rollouts")] = rollouts(&model, &states, isa, Integrator::SemiImplicitEuler);
-            let with_friction = Integrator::WithFriction(Stops::Rigid);
+            let with_friction = Integrator::WithFriction(EndStops::Rigid);
             report[format!("{way}_rollouts_with_friction")] = rollouts(&model, &states, isa, with_friction);
         }
     });

@@ -26,7 +26,7 @@ use crate::{Cotangent, Data, ExternalForce, Model, Scalar, dense, inverse_dynami
 
 /// Whether joints stop at the ends of their ranges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stops {
+pub enum EndStops {
     /// A joint that reaches the end of its range stops there without rebound.
     Rigid,
     /// Joints move through.
@@ -38,7 +38,7 @@ pub enum Stops {
 pub(crate) struct FrictionStep<T> {
     /// Length of a substep [s].
     period: f64,
-    stops: Stops,
+    stops: EndStops,
     followers: Followers,
     qp: BoxQp,
     /// A of all joints (n × n), and A v_free.
@@ -81,7 +81,7 @@ pub(crate) struct Substep<'a, T> {
 
 impl<T: Scalar> FrictionStep<T> {
     /// Substeps of `period` [s] of numbers like `like`.
-    pub fn new(model: &Model, period: f64, stops: Stops, like: T) -> Self {
+    pub fn new(model: &Model, period: f64, stops: EndStops, like: T) -> Self {
         let followers = Followers::new(model);
         let (n, m) = (model.n_joints(), followers.independent.len());
         let [row, of_all] = [m, n].map(|n| vec![like.splat(0.0); n]);
@@ -206,7 +206,7 @@ impl<T: Scalar> FrictionStep<T> {
         }
         for ((bounds, range), q) in qp.bounds.iter_mut().zip(&self.followers.ranges).zip(values) {
             *bounds = match (self.stops, range) {
-                (Stops::Rigid, Some([low, high])) => {
+                (EndStops::Rigid, Some([low, high])) => {
                     [((low - q) / self.period).min(0.0), ((high - q) / self.period).max(0.0)]
                 }
                 _ => [f64::NEG_INFINITY, f64::INFINITY],

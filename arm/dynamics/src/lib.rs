@@ -58,7 +58,7 @@ pub use data::Data;
 pub use derivatives::{forward_dynamics_derivatives, inverse_dynamics_derivatives};
 pub use energy::{centre_of_mass, kinetic_energy, momentum, potential_energy};
 pub use external::ExternalForce;
-pub use friction_step::Stops;
+pub use friction_step::EndStops;
 pub use kinematics::{
     forward_kinematics, forward_velocities, frame_jacobian, frame_jacobian_rate, frame_pose, frame_velocity,
     skeleton,
@@ -70,7 +70,7 @@ pub use model::{
 pub use momentum::generalized_momentum;
 pub use regressor::regressor;
 pub use rnea::{bias_torque, coriolis_torque, gravity_torque, inverse_dynamics};
-pub use rollouts::{RolloutGradient, RolloutInputs, Rollouts};
+pub use rollouts::{ArmRollouts, RolloutGradient, RolloutInputs};
 pub use scalar::Scalar;
 pub use simulator::Simulator;
 pub use step_gradient::StepGradient;

@@ -17,7 +17,7 @@ const INERTIA: usize = 10;
 
 /// Steps trajectories of one model.
 #[derive(Debug)]
-pub struct Rollouts<'m> {
+pub struct ArmRollouts<'m> {
     /// The robot.
     pub model: &'m Model,
     /// How it is advanced.
@@ -78,7 +78,7 @@ struct Widths {
     parameters: usize,
 }
 
-impl Rollouts<'_> {
+impl ArmRollouts<'_> {
     fn widths(&self) -> Widths {
         let n = self.model.n_joints();
         Widths {
@@ -184,7 +184,7 @@ struct Acting<S: Simd> {
 }
 
 impl<S: Simd> Acting<S> {
-    fn new(rollouts: &Rollouts, inputs: &RolloutInputs, zero: Lanes<S>) -> Self {
+    fn new(rollouts: &ArmRollouts, inputs: &RolloutInputs, zero: Lanes<S>) -> Self {
         let n = rollouts.model.n_joints();
         let external = |frame: &usize| ExternalForce { frame: *frame, force: [zero; 3], torque: [zero; 3] };
         Self {
@@ -225,7 +225,7 @@ impl<S: Simd> Acting<S> {
 
 /// Trajectories `rows`, forwards.
 struct Forward<'a> {
-    rollouts: &'a Rollouts<'a>,
+    rollouts: &'a ArmRollouts<'a>,
     inputs: RolloutInputs<'a>,
     rows: std::ops::Range<usize>,
     /// Of these trajectories only.
@@ -270,7 +270,7 @@ struct RolloutGradients<'a> {
 
 /// Trajectories `rows`, backwards.
 struct Backward<'a> {
-    rollouts: &'a Rollouts<'a>,
+    rollouts: &'a ArmRollouts<'a>,
     inputs: RolloutInputs<'a>,
     rows: std::ops::Range<usize>,
     states: &'a [f64],

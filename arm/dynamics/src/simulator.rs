@@ -1,6 +1,6 @@
 //! One arm in time, with dry friction that holds exactly, joint limits, and joints that follow others.
 
-use crate::{ArmStepper, ExternalForce, Integrator, Model, Stops};
+use crate::{ArmStepper, EndStops, ExternalForce, Integrator, Model};
 
 /// Advances the state of an arm by a fixed time, with friction and stops: [`Integrator::WithFriction`] without a way back.
 #[derive(Debug, Clone)]
@@ -12,7 +12,7 @@ pub struct Simulator<'m> {
 
 impl<'m> Simulator<'m> {
     /// Steps of `period` [s], each in `substeps` equal parts.
-    pub fn new(model: &'m Model, period: f64, substeps: usize, stops: Stops) -> Self {
+    pub fn new(model: &'m Model, period: f64, substeps: usize, stops: EndStops) -> Self {
         let stepper = ArmStepper::new(model, Integrator::WithFriction(stops), (period, substeps), 0, 0.0);
         Self { model, stepper, tape: Vec::with_capacity(2 * substeps * model.n_joints()) }
     }

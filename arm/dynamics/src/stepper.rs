@@ -5,7 +5,7 @@
 //! again from its state and pulled back by the adjoint of forward dynamics. Whoever computes torques from states (a
 //! controller, a network) does so between the steps, in both directions.
 
-use crate::friction_step::{FrictionStep, Stops, Substep};
+use crate::friction_step::{EndStops, FrictionStep, Substep};
 use crate::step_gradient::StepGradient;
 use crate::{Cotangent, Data, ExternalForce, Model, Scalar, forward_dynamics, forward_dynamics_adjoint};
 
@@ -21,7 +21,7 @@ pub enum Integrator {
     /// Gradients are those with the active set fixed: who sticks, slides and stops, and which way.
     ///
     /// [`Simulator`]: crate::Simulator
-    WithFriction(Stops),
+    WithFriction(EndStops),
 }
 
 /// Advances states of one model by a fixed time, and pulls gradients back.
@@ -61,7 +61,7 @@ impl<T: Scalar> ArmStepper<T> {
         let row = || vec![like.splat(0.0); model.n_joints()];
         let stops = match integrator {
             Integrator::WithFriction(stops) => stops,
-            _ => Stops::None,
+            _ => EndStops::None,
         };
         let mut stepper = Self {
             data: Data::new(model, like),

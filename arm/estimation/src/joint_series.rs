@@ -7,7 +7,7 @@ use hysteron_arm_dynamics::{JointKind, MAX_JOINTS};
 
 /// Kind and series of one joint in a recording; every series has one value per row (n_samples).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointSeries<'a> {
+pub struct RecordedJoint<'a> {
     /// About or along its axis: from the unit of its coordinate.
     pub kind: JointKind,
     /// Coordinate q [rad or m].
@@ -30,7 +30,7 @@ pub struct JointSeries<'a> {
     pub pwm: Option<&'a [f64]>,
 }
 
-impl<'a> JointSeries<'a> {
+impl<'a> RecordedJoint<'a> {
     /// The series of a quantity.
     pub fn of(&self, quantity: JointQuantityKind) -> Option<&'a [f64]> {
         match quantity {
@@ -69,7 +69,7 @@ pub struct ArmRecording<'a> {
     /// True where a sample was missing and has been filled in (n_samples).
     pub gap: &'a [bool],
     /// One for each joint, in the order of their numbers.
-    pub joints: Vec<JointSeries<'a>>,
+    pub joints: Vec<RecordedJoint<'a>>,
     /// Names of the joints, as the metadata say; empty if they do not.
     pub joint_names: Vec<String>,
     /// Force on the tip along x, y and z.
@@ -113,7 +113,7 @@ impl<'a> ArmRecording<'a> {
             let slides = recording
                 .channel(&JointQuantityKind::Position.channel(JointKind::Prismatic, joint))
                 .is_some();
-            JointSeries {
+            RecordedJoint {
                 kind: if slides { JointKind::Prismatic } else { JointKind::Revolute },
                 position: series(JointQuantityKind::Position, joint),
                 velocity: series(JointQuantityKind::Velocity, joint),
@@ -142,7 +142,7 @@ impl<'a> ArmRecording<'a> {
     /// # Errors
     /// `BadInput` naming the channel that is missing.
     pub fn require(&self, quantity: JointQuantityKind) -> Result<Vec<&'a [f64]>, BadInput> {
-        let of = |(k, joint): (usize, &JointSeries<'a>)| {
+        let of = |(k, joint): (usize, &RecordedJoint<'a>)| {
             joint
                 .of(quantity)
                 .ok_or_else(|| BadInput::new(joint.name_of(quantity, k), "this channel", "none"))

@@ -26,7 +26,7 @@ pub use import::{
     ArmImport, ArmProperties, BadRows, CURRENTS_BY, ColumnMap, ImportOptions, POSITION_GAIN, UnitCheck,
     import, position_gain, with_arm,
 };
-pub use joint_series::{ArmRecording, ForceSeries, JointSeries};
+pub use joint_series::{ArmRecording, ForceSeries, RecordedJoint};
 pub use recorded::{
     DynamicsOutput, JointQuantityKind, channel_name, columns_of_dynamics, dynamics_of_rows, joint_rows,
     motion_under_torques,

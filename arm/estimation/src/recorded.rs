@@ -6,7 +6,7 @@
 use hysteron_base::{BadInput, Channel, Metadata, Recording};
 
 use hysteron_arm_dynamics::{
-    Data, JointKind, Model, Simulator, Stops, coriolis_torque, forward_dynamics,
+    Data, EndStops, JointKind, Model, Simulator, coriolis_torque, forward_dynamics,
     forward_dynamics_derivatives, frame_jacobian, frame_pose, gravity_torque, inverse_dynamics,
     inverse_dynamics_derivatives, kinetic_energy, mass_matrix, potential_energy,
 };
@@ -329,7 +329,7 @@ pub fn motion_under_torques(
         let period = next - time[s];
         // Rows of one rate keep their simulator.
         if simulator.is_none() || (period - last).abs() > 1e-9 * period {
-            simulator = Some(Simulator::new(model, period, substeps, Stops::Rigid));
+            simulator = Some(Simulator::new(model, period, substeps, EndStops::Rigid));
             last = period;
         }
         if let Some(simulator) = &mut simulator {

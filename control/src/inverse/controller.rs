@@ -35,7 +35,7 @@ pub struct Commands {
 
 /// The recurrent design on a path, one cell update a sample.
 #[derive(Debug, Clone)]
-pub struct Controller<'a> {
+pub struct InverseController<'a> {
     model: &'a InverseModel,
     regression: &'a StaticRegression,
     features: Features,
@@ -48,7 +48,7 @@ pub struct Controller<'a> {
     correction: Vec<f64>,
 }
 
-impl<'a> Controller<'a> {
+impl<'a> InverseController<'a> {
     /// At the beginning of a path [m], with nothing remembered.
     ///
     /// # Errors
@@ -156,7 +156,7 @@ impl InverseModel {
     /// returns false: the result is then shorter.
     ///
     /// # Errors
-    /// Those of [`Controller::new`], but for the design.
+    /// Those of [`InverseController::new`], but for the design.
     pub fn command(
         &self,
         path: &[TipPosition],
@@ -165,7 +165,7 @@ impl InverseModel {
     ) -> Result<Commands> {
         match self.design {
             InverseDesign::Recurrent { .. } => {
-                let mut controller = Controller::new(self, path, limits)?;
+                let mut controller = InverseController::new(self, path, limits)?;
                 let mut commands = Commands { strokes: Vec::new(), steps: Vec::new() };
                 while let Some(step) = controller.step() {
                     commands.strokes.extend(controller.strokes());

@@ -24,7 +24,7 @@ mod workspace;
 use hysteron_base::BadInput;
 
 pub use axes::{Axes, TipPosition};
-pub use controller::{Commands, Controller, SampleFlags};
+pub use controller::{Commands, InverseController, SampleFlags};
 pub use dataset::{DataOrigin, Dataset, Demonstration};
 pub use delay::ahead;
 pub use features::{FeatureSpec, Features};

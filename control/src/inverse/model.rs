@@ -64,7 +64,7 @@ const SAME_STEP: f64 = 0.01;
 /// Metadata of a checkpoint, next to the network.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Details {
+struct ControllerDetails {
     design: InverseDesign,
     #[serde(default)]
     weights: WeightFormat,
@@ -84,7 +84,7 @@ impl InverseModel {
     /// # Errors
     /// Refusals of the file system.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let details = Details {
+        let details = ControllerDetails {
             design: self.design.clone(),
             weights: self.weights,
             n_tendons: self.n_tendons,
@@ -108,7 +108,7 @@ impl InverseModel {
     pub fn read(path: &Path) -> Result<Self> {
         let Checkpoint { network, inputs, outputs, details, .. } = Checkpoint::read(path, KIND)?;
         let within = |bad: BadInput| bad.within(format!("{}: details", path.display()));
-        let details: Details = json::from_value(&details).map_err(|error| {
+        let details: ControllerDetails = json::from_value(&details).map_err(|error| {
             within(BadInput::new("", "those of an inverse controller", error.to_string()))
         })?;
         let model = Self {

@@ -3,7 +3,7 @@
 use super::draw::drawn;
 use super::schema::FamilyName as Typed;
 use super::{
-    CurveMotion, Direction, Envelope, Family, Plan, Space, StrokeLimits, TendonMapping, Trajectory,
+    CurveMotion, Direction, Envelope, Family, MotionPlan, Space, StrokeLimits, TendonMapping, Trajectory,
     TrajectoryRole, schema,
 };
 use hysteron_base::schema::{between, check_header, finite, not_negative, positive, require, text};
@@ -26,7 +26,7 @@ const LONGEST: f64 = 1e5;
 /// Rates at which a robot is commanded [Hz].
 const RATES: [f64; 2] = [1e-2, 1e5];
 
-pub(super) fn plan(typed: schema::PlanFile, hash: String) -> Check<Plan> {
+pub(super) fn plan(typed: schema::PlanFile, hash: String) -> Check<MotionPlan> {
     check_header((&typed.format, typed.version), FORMAT)?;
     let name = text("name", typed.name)?;
     let rate_hz = between("rate_hz", typed.rate_hz, RATES)?;
@@ -94,7 +94,7 @@ pub(super) fn plan(typed: schema::PlanFile, hash: String) -> Check<Plan> {
     }
     check_size(&trajectories, tendons.angles.len())?;
     check_roles(&trajectories)?;
-    Ok(Plan { name, seed: typed.seed, hash, limits, trajectories })
+    Ok(MotionPlan { name, seed: typed.seed, hash, limits, trajectories })
 }
 
 fn angles(typed: &[f64]) -> Check<Vec<f64>> {

@@ -1,7 +1,7 @@
 //! Whether a plan stays within limits, before the first move.
 
 use super::trajectory::Sampler;
-use super::{Plan, Trajectory};
+use super::{MotionPlan, Trajectory};
 use crate::{Error, Result};
 use hysteron_base::{BadInput, Bounds, Recording};
 use std::ops::Range;
@@ -18,7 +18,7 @@ pub struct StrokeLimits {
 /// Rounding of a stroke that is typed as its limit [-].
 const ROUNDING: f64 = 1e-9;
 
-impl Plan {
+impl MotionPlan {
     /// Accepts the plan if every sample of every trajectory is within the limits, and every change from one to
     /// the next. The plan's own limits were checked when it was read; these are those of a robot.
     ///
@@ -29,7 +29,7 @@ impl Plan {
     }
 }
 
-impl Plan {
+impl MotionPlan {
     /// The largest scale, at most 1, at which every sample is within these limits, one for each tendon, and every change from one to
     /// the next.
     pub fn largest_scale(&self, limits: &[StrokeLimits]) -> f64 {
@@ -59,7 +59,7 @@ impl Trajectory {
         scale
     }
 
-    /// See [`Plan::check`].
+    /// See [`MotionPlan::check`].
     ///
     /// # Errors
     /// As there.

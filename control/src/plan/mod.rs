@@ -33,7 +33,7 @@ const BUILT_IN: [(&str, &str); 4] = [
 
 /// Trajectories to command one after the other, valid and in SI.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Plan {
+pub struct MotionPlan {
     /// Name of the plan.
     pub name: String,
     /// Seed of its variations.
@@ -45,7 +45,7 @@ pub struct Plan {
     trajectories: Vec<Trajectory>,
 }
 
-impl Plan {
+impl MotionPlan {
     /// Reads and validates a plan file.
     ///
     /// # Errors
@@ -59,7 +59,7 @@ impl Plan {
     /// The plan in the text of a plan file; `place` stands for the file in messages.
     ///
     /// # Errors
-    /// As [`Plan::read`].
+    /// As [`MotionPlan::read`].
     pub fn from_toml(text: &str, place: &str) -> Result<Self> {
         Self::checked(text).map_err(|error| error.within(place))
     }

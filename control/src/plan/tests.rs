@@ -37,8 +37,8 @@ sustain_s = 10
 decay_s = 3
 "#;
 
-fn example() -> Plan {
-    Plan::from_toml(EXAMPLE, "plan.toml").unwrap()
+fn example() -> MotionPlan {
+    MotionPlan::from_toml(EXAMPLE, "plan.toml").unwrap()
 }
 
 /// The example with this line in place of that.
@@ -49,7 +49,7 @@ fn changed(from: &str, to: &str) -> String {
 
 /// The changed example is refused at this place, showing this.
 fn reject(from: &str, to: &str, place: &str, found: &str) {
-    match Plan::from_toml(&changed(from, to), "plan.toml") {
+    match MotionPlan::from_toml(&changed(from, to), "plan.toml") {
         Err(Error::BadInput(bad)) => {
             assert_eq!((bad.place, bad.found), (format!("plan.toml: {place}"), found.to_owned()));
         }
@@ -68,9 +68,9 @@ fn a_plan_is_in_si() {
     assert_eq!(one.motion.direction, Direction::Clockwise);
     assert_eq!(one.duration(), 18.0);
     assert_eq!(plan.duration(), 18.0);
-    let period = Plan::from_toml(&changed("frequency_hz = 0.2", "period_s = 5"), "").unwrap();
+    let period = MotionPlan::from_toml(&changed("frequency_hz = 0.2", "period_s = 5"), "").unwrap();
     assert_eq!(period.trajectories()[0].motion, one.motion);
-    let half = Plan::from_toml(&changed("scale = 1.0", "scale = 0.5"), "").unwrap();
+    let half = MotionPlan::from_toml(&changed("scale = 1.0", "scale = 0.5"), "").unwrap();
     assert_eq!(half.trajectories()[0].motion.amplitude, 2.5e-3);
 }
 
@@ -128,22 +128,22 @@ fn what_is_no_trajectory_names_its_key() {
     let both = "family = \"ellipse\"\namplitude_mm = 5";
     let without_aspect = |family: &str| EXAMPLE.replace("aspect = 0.5\n", "").replace(both, &of(family));
     for (family, key) in [("circle", "orientation_deg"), ("sinusoid", "direction")] {
-        let error = Plan::from_toml(&without_aspect(family), "").unwrap_err();
+        let error = MotionPlan::from_toml(&without_aspect(family), "").unwrap_err();
         assert_eq!(error.bad_input().unwrap().place, format!(": trajectory.one.{key}"));
     }
     // Half a swing in a sample: 0.2 Hz times 125, at 50 Hz. Of the tip, whose speed no limit of the strokes bounds.
     for swings in ["125", "1e308"] {
         let rose =
             EXAMPLE.replace("\"ellipse\"", "\"rose\"").replace("aspect = 0.5", &format!("swings = {swings}"));
-        let error =
-            Plan::from_toml(&rose.replace("co_contraction_mm = 0.5", "space = \"tip\""), "").unwrap_err();
+        let error = MotionPlan::from_toml(&rose.replace("co_contraction_mm = 0.5", "space = \"tip\""), "")
+            .unwrap_err();
         assert_eq!(error.bad_input().unwrap().place, ": trajectory.one.swings", "{error}");
     }
     let twice = format!("{EXAMPLE}{}", &EXAMPLE[EXAMPLE.find("[[").unwrap()..]);
-    let error = Plan::from_toml(&twice, "plan.toml").unwrap_err();
+    let error = MotionPlan::from_toml(&twice, "plan.toml").unwrap_err();
     assert_eq!(error.bad_input().unwrap().found, "\"one\" again");
     let none = &EXAMPLE[..EXAMPLE.find("[[").unwrap()];
-    assert_eq!(Plan::from_toml(none, "").unwrap_err().bad_input().unwrap().found, "none");
+    assert_eq!(MotionPlan::from_toml(none, "").unwrap_err().bad_input().unwrap().found, "none");
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn roles_keep_their_amplitudes() {
         ("out_of_range", "amplitude_mm = 5", false),
         ("out_of_range", "amplitude_mm = 5.1", true),
     ] {
-        let plan = Plan::from_toml(&second(role, amplitude), "");
+        let plan = MotionPlan::from_toml(&second(role, amplitude), "");
         assert_eq!(plan.is_ok(), is_right, "{role} {amplitude}: {plan:?}");
         if let Err(error) = plan {
             assert_eq!(error.bad_input().unwrap().place, ": trajectory.two.amplitude_mm");
@@ -185,7 +185,7 @@ fn every_limit_rejects_with_its_error() {
     assert!(matches!(plan.check(&limits(-6e-3, 6e-3, 2e-3)), Err(Error::StrokeRate(_))));
     assert!(matches!(plan.check(&limits(f64::NAN, f64::NAN, 8e-3)), Err(Error::Stroke(_))));
     // Its own limits are checked when it is read.
-    let refused = |from: &str, to: &str| Plan::from_toml(&changed(from, to), "plan.toml").unwrap_err();
+    let refused = |from: &str, to: &str| MotionPlan::from_toml(&changed(from, to), "plan.toml").unwrap_err();
     let error = refused("stroke_max_mm = 6", "stroke_max_mm = 3");
     assert!(matches!(&error, Error::Stroke(bad) if bad.place.starts_with("plan.toml: trajectory one")));
     let error = refused("stroke_rate_max_mm_s = 10", "stroke_rate_max_mm_s = 3");
@@ -211,7 +211,8 @@ fn samples_at_full_size_are_within_their_bound() {
         let text = text
             .replace("\"ellipse\"", &format!("\"{family}\""))
             .replace("_max_mm_s = 10", "_max_mm_s = 100");
-        let plan = Plan::from_toml(&text, "plan.toml").unwrap_or_else(|error| panic!("{family}: {error}"));
+        let plan =
+            MotionPlan::from_toml(&text, "plan.toml").unwrap_or_else(|error| panic!("{family}: {error}"));
         let one = &plan.trajectories()[0];
         let (bound, samples) = (one.sustained_rate_bound(), one.sustained());
         assert_eq!((samples.start, samples.end), (151, 650), "{family}");
@@ -232,13 +233,13 @@ fn samples_at_full_size_are_within_their_bound() {
 fn a_long_plan_that_needs_a_look_gets_one_where_it_grows() {
     // Turning and growing at once would pass 10 mm/s by their bounds; each alone is far from it.
     let text = changed("sustain_s = 10", "sustain_s = 199000").replace("_max_mm_s = 10", "_max_mm_s = 8.5");
-    let plan = Plan::from_toml(&text, "plan.toml").unwrap();
+    let plan = MotionPlan::from_toml(&text, "plan.toml").unwrap();
     let one = &plan.trajectories()[0];
     assert!(one.stroke_rate_bound() > plan.limits.stroke_rate);
     assert!(one.n_samples() > 9_900_000 && one.sustained().len() > 9_900_000);
     // Where it grows, too fast is too fast.
     let fast = text.replace("attack_s = 2", "attack_s = 0.5");
-    assert!(matches!(Plan::from_toml(&fast, "plan.toml"), Err(Error::StrokeRate(_))));
+    assert!(matches!(MotionPlan::from_toml(&fast, "plan.toml"), Err(Error::StrokeRate(_))));
 }
 
 #[test]
@@ -274,7 +275,7 @@ fn commands_say_where_they_come_from() {
 #[test]
 fn variation_follows_seed_and_name_alone() {
     let text = changed("vary = 0.0", "vary = 0.1");
-    let motion = |text: &str, i: usize| Plan::from_toml(text, "").unwrap().trajectories()[i].motion;
+    let motion = |text: &str, i: usize| MotionPlan::from_toml(text, "").unwrap().trajectories()[i].motion;
     let (plain, varied) = (example().trajectories()[0].motion, motion(&text, 0));
     assert_eq!(motion(&text, 0), varied);
     for (a, b, most) in [
@@ -293,7 +294,7 @@ fn variation_follows_seed_and_name_alone() {
 
 #[test]
 fn the_plan_of_the_paper_has_its_data_set() {
-    let plan = Plan::named("paper").unwrap();
+    let plan = MotionPlan::named("paper").unwrap();
     let of =
         |role: TrajectoryRole| plan.trajectories().iter().filter(move |trajectory| trajectory.role == role);
     let names = |role| of(role).map(|trajectory| trajectory.motion.family.name()).collect::<Vec<_>>();
@@ -309,28 +310,28 @@ fn the_plan_of_the_paper_has_its_data_set() {
 
 #[test]
 fn the_quick_plan_takes_a_minute() {
-    let plan = Plan::named("quick").unwrap();
+    let plan = MotionPlan::named("quick").unwrap();
     assert!((50.0..70.0).contains(&plan.duration()), "{}", plan.duration());
-    assert_eq!(Plan::names().collect::<Vec<_>>(), ["paper", "quick", "roses", "synthetic"]);
-    let error = Plan::named("slow").unwrap_err();
+    assert_eq!(MotionPlan::names().collect::<Vec<_>>(), ["paper", "quick", "roses", "synthetic"]);
+    let error = MotionPlan::named("slow").unwrap_err();
     assert_eq!(error.bad_input().unwrap().expected, "one of paper, quick, roses, synthetic");
 }
 
 #[test]
 fn the_synthetic_plan_is_that_of_the_paper_and_goes_farther() {
-    let plan = Plan::named("synthetic").unwrap();
+    let plan = MotionPlan::named("synthetic").unwrap();
     let of = |name: &str| plan.trajectories().iter().filter(|one| one.motion.family.name() == name).count();
     assert_eq!((of("circle"), of("ellipse"), of("square")), (8, 9, 8));
     let samples: usize = plan.trajectories().iter().map(Trajectory::n_samples).sum();
     assert!((386_500..387_500).contains(&samples), "{samples}"); // "387k synthetic"
     let farthest =
-        |plan: &Plan| plan.trajectories().iter().map(|one| one.motion.amplitude).fold(0.0, f64::max);
-    assert!(farthest(&plan) > 1.5 * farthest(&Plan::named("paper").unwrap()));
+        |plan: &MotionPlan| plan.trajectories().iter().map(|one| one.motion.amplitude).fold(0.0, f64::max);
+    assert!(farthest(&plan) > 1.5 * farthest(&MotionPlan::named("paper").unwrap()));
 }
 
 #[test]
 fn roses_keep_their_distance_from_what_closes() {
-    let plan = Plan::named("roses").unwrap();
+    let plan = MotionPlan::named("roses").unwrap();
     assert_eq!(plan.trajectories().len(), 8);
     for one in plan.trajectories() {
         let Family::Rose { swings } = one.motion.family else { panic!("{:?}", one.motion.family) };
@@ -341,7 +342,7 @@ fn roses_keep_their_distance_from_what_closes() {
 
 #[test]
 fn a_plan_file_that_is_not_there_is_bad_input() {
-    let error = Plan::read("nowhere.toml").unwrap_err();
+    let error = MotionPlan::read("nowhere.toml").unwrap_err();
     assert!(matches!(&error, Error::File(_)) && error.bad_input().is_some(), "{error}");
 }
 
@@ -350,7 +351,8 @@ fn a_way_of_the_tip_says_nothing_of_strokes() {
     reject("seed = 3", "seed = 3\nspace = \"tip\"", "co_contraction_mm", "0.5");
     // Farther than any stroke may go: only the tip does.
     let text = changed("seed = 3", "seed = 3\nspace = \"tip\"").replace("co_contraction_mm = 0.5\n", "");
-    let plan = Plan::from_toml(&text.replace("amplitude_mm = 5", "amplitude_mm = 20"), "plan.toml").unwrap();
+    let plan =
+        MotionPlan::from_toml(&text.replace("amplitude_mm = 5", "amplitude_mm = 20"), "plan.toml").unwrap();
     assert_eq!(plan.space(), Space::Tip);
     let one = &plan.trajectories()[0];
     assert_eq!(one.position_at(one.time(3)), one.motion.position_at(one.time(3) - one.rest_before));
@@ -376,7 +378,7 @@ decay_s = 3
 
 #[test]
 fn drawn_trajectories_fill_their_ranges() {
-    let plan = |seed: &str| Plan::from_toml(&(changed("seed = 3", seed) + DRAWN), "plan.toml").unwrap();
+    let plan = |seed: &str| MotionPlan::from_toml(&(changed("seed = 3", seed) + DRAWN), "plan.toml").unwrap();
     let (first, again, other) = (plan("seed = 3"), plan("seed = 3"), plan("seed = 4"));
     assert_eq!(first, again);
     assert_ne!(first.trajectories()[1].motion, other.trajectories()[1].motion);
@@ -399,7 +401,7 @@ fn drawn_trajectories_fill_their_ranges() {
 fn a_draw_is_checked() {
     let reject = |from: &str, to: &str, place: &str, found: &str| {
         assert_eq!(DRAWN.matches(from).count(), 1, "{from}");
-        match Plan::from_toml(&(EXAMPLE.to_owned() + &DRAWN.replace(from, to)), "plan.toml") {
+        match MotionPlan::from_toml(&(EXAMPLE.to_owned() + &DRAWN.replace(from, to)), "plan.toml") {
             Err(Error::BadInput(bad)) => {
                 assert_eq!((bad.place, bad.found), (format!("plan.toml: {place}"), found.to_owned()));
             }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use hysteron_base::{Bounds, Channel, Metadata, Recording, rng};
 use hysteron_control::inverse::{
-    Axes, Commands, Controller, DataOrigin, Dataset, Demonstration, FittedController, InverseModel,
+    Axes, Commands, DataOrigin, Dataset, Demonstration, FittedController, InverseController, InverseModel,
     PUBLISHED, RecurrentOptions, TipPosition, fit_recurrent, fit_windowed,
 };
 use hysteron_control::{Error, StrokeLimits};
@@ -372,7 +372,7 @@ fn controllers_refuse_what_they_cannot_follow() {
     let data = dataset();
     let model = fit(&data, &quick_for(1)).model;
     let refusal =
-        |path: &[TipPosition], limits| Controller::new(&model, path, limits).unwrap_err().to_string();
+        |path: &[TipPosition], limits| InverseController::new(&model, path, limits).unwrap_err().to_string();
     assert!(refusal(&[], WIDE).contains("at least one sample"));
     assert!(refusal(&[[0.0, f64::NAN, 0.0]], WIDE).contains("finite positions"));
     let upside_down = StrokeLimits { stroke: Bounds { min: 1.0, max: 0.0 }, ..WIDE };

@@ -1,6 +1,6 @@
 //! Facts that hold for any plan: bounds, rest, and no text that makes the reader panic.
 
-use hysteron_control::{Error, Plan, Trajectory};
+use hysteron_control::{Error, MotionPlan, Trajectory};
 use proptest::prelude::*;
 
 /// Text of a valid plan of one trajectory whose limits never bind.
@@ -35,7 +35,7 @@ fn plan() -> impl Strategy<Value = String> {
 }
 
 fn one(text: &str) -> Trajectory {
-    Plan::from_toml(text, "any").unwrap().trajectories()[0].clone()
+    MotionPlan::from_toml(text, "any").unwrap().trajectories()[0].clone()
 }
 
 proptest! {
@@ -69,7 +69,7 @@ proptest! {
 
     #[test]
     fn the_check_finds_what_the_samples_show(text in plan()) {
-        let plan = Plan::from_toml(&text, "any").unwrap();
+        let plan = MotionPlan::from_toml(&text, "any").unwrap();
         let trajectory = &plan.trajectories()[0];
         let commands = trajectory.commands().unwrap();
         let strokes = commands.strokes();
@@ -108,7 +108,7 @@ proptest! {
             text.splice(at..end, new.chars());
         }
         let text: String = text.into_iter().collect();
-        match Plan::from_toml(&text, "any.toml") {
+        match MotionPlan::from_toml(&text, "any.toml") {
             Ok(plan) => prop_assert!(plan.trajectories()[0].n_samples() > 0),
             Err(error) => prop_assert!(error.bad_input().unwrap().place.starts_with("any.toml")),
         }
@@ -118,6 +118,6 @@ proptest! {
     fn no_text_makes_the_reader_panic(
         text in "(\\[\\[trajectory\\]\\]|name|seed|rate_hz|=|\"|\n|[0-9]|\\.|,|#|µ|\\{|\\}|\\[|\\]){0,40}",
     ) {
-        prop_assert!(Plan::from_toml(&text, "any.toml").is_err());
+        prop_assert!(MotionPlan::from_toml(&text, "any.toml").is_err());
     }
 }

@@ -44,7 +44,7 @@ pub use recording::{
 pub use rng::{normal, rng};
 pub use scene::{
     AuxiliaryLayout, Bounds, Friction, Material, MaterialLaw, PointForce, PrescribedQuantity, Region, Scene,
-    Solver, Tendon, Tip, TrackerFrame,
+    Solver, Tendon, TipDefinition, TrackerFrame,
 };
 pub use table::{Column, RowFilter, Table, TextFormat};
 pub use units::LengthUnit;

@@ -24,7 +24,7 @@ pub use outcome::{Fit, Options};
 pub use parameter::{Parameter, ParameterScale, Prior};
 pub use search::{FitProblem, SearchResult, cost, minimum, polished, prior_rows};
 pub use uncertainty::{
-    Estimate, Identifiability, ResidualVariance, condition, correction, covariance, unidentifiable,
+    Identifiability, IdentifiedParameter, ResidualVariance, condition, correction, covariance, unidentifiable,
 };
 
 /// Error type of the residuals of a fit.

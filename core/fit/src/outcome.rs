@@ -1,7 +1,7 @@
 //! Options of a fit, and its result.
 
 use crate::parameter::Parameter;
-use crate::uncertainty::{self, Estimate, Identifiability};
+use crate::uncertainty::{self, Identifiability, IdentifiedParameter};
 
 /// Options of a least-squares fit: loss, thresholds, tolerance and a progress callback.
 pub struct Options<'a> {
@@ -22,7 +22,7 @@ pub struct Options<'a> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// One per parameter, in their order.
-    pub estimates: Vec<Estimate>,
+    pub estimates: Vec<IdentifiedParameter>,
     /// Correlation of the estimates, for those with a standard error; n × n, zero elsewhere [-].
     pub correlation: Vec<Vec<f64>>,
     /// Condition number of the Jacobian of the fitted ones, its columns of length one: from 30 on some can
@@ -63,7 +63,7 @@ impl Fit {
         for ((old, new), standing) in self.estimates.iter_mut().zip(estimates).zip(standings) {
             let is_still_inside = new.standing != Identifiability::AtBound;
             if matches!(standing, Identifiability::Fitted | Identifiability::Vague) {
-                *old = Estimate {
+                *old = IdentifiedParameter {
                     start: old.start,
                     standing: if is_still_inside { standing } else { new.standing.clone() },
                     ..new

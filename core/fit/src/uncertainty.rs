@@ -26,7 +26,7 @@ pub enum Identifiability {
 
 /// A parameter after a fit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Estimate {
+pub struct IdentifiedParameter {
     /// Name of the parameter.
     pub name: String,
     /// Where the search began [SI].
@@ -176,13 +176,13 @@ pub fn estimates(
     (fitted, covariance): (&[usize], Option<&DMatrix<f64>>),
     kept: &[usize],
     held: &[(usize, Vec<usize>)],
-) -> (Vec<Estimate>, Vec<Vec<f64>>) {
+) -> (Vec<IdentifiedParameter>, Vec<Vec<f64>>) {
     let position = |k: usize| fitted.iter().position(|&f| f == k);
     let entry = |a: usize, b: usize| Some(covariance?[(position(a)?, position(b)?)]);
     let estimate = |(k, parameter): (usize, &Parameter)| {
         let is_held = held.iter().find(|(h, _)| *h == k);
         let value = if is_held.is_some() { parameter.home() } else { parameter.value(places[k]) };
-        Estimate {
+        IdentifiedParameter {
             name: parameter.name.clone(),
             start: parameter.home(),
             value,

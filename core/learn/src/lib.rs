@@ -3,7 +3,7 @@
 //!
 //! A [`TrainableModel`] is named arrays of parameters; a [`TrainingTask`] goes through its data and gives gradients; [`fit`] is the one training
 //! loop, with schedule, moving average, early stopping and a file to go on from. A [`Network`] is trained by a candle graph
-//! whose only own operation is an LSTM layer over a whole sequence ([`Backprop`]); a [`Runner`] steps it one sample at a time
+//! whose only own operation is an LSTM layer over a whole sequence ([`Backprop`]); a [`NetworkRunner`] steps it one sample at a time
 //! and needs none of that. Arrays of sequences are `f32` and time-major: [step][row of the batch][channel]. Equations and file
 //! formats: `docs/learn.md`.
 //!
@@ -45,8 +45,8 @@ pub use files::{
     read_parameters_kind, write_parameters,
 };
 pub use lstm::{
-    Architecture, Backprop, HeadActivation, HeadOutputs, Member, Memory, Network, PlacedNetwork, Runner,
-    SequenceBatch, Trainer, Updates,
+    Architecture, Backprop, HeadActivation, HeadOutputs, Member, Memory, Network, NetworkRunner,
+    PlacedNetwork, SequenceBatch, Trainer, Updates,
 };
 pub use mlp::{Activation, ByParameters, Mlp, MlpTape};
 pub use normaliser::{ChannelRange, Normaliser};

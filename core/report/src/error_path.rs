@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 
 use crate::figure::Figure;
-use crate::plane::{Path, dashes, draw_simplified, square_around};
+use crate::plane::{PlanePath, dashes, draw_simplified, square_around};
 use crate::sheet::{BAR, BELOW, COLORS, LEFT, Sheet, number, ramp};
 
 const TARGET: RGBColor = COLORS[0];
@@ -25,7 +25,7 @@ pub struct ErrorPaths {
     /// Caption: the content of the figure.
     pub caption: String,
     /// The target [mm].
-    pub target: Path,
+    pub target: PlanePath,
     /// The paths.
     pub paths: Vec<ErrorPath>,
 }
@@ -35,7 +35,7 @@ pub struct ErrorPath {
     /// Name of the tile.
     pub name: String,
     /// Points of the path (n_points) [mm].
-    pub path: Path,
+    pub path: PlanePath,
     /// Distance of each point from the target (n_points) [mm].
     pub errors: Vec<f64>,
 }
@@ -97,9 +97,9 @@ impl Figure for ErrorPaths {
 }
 
 /// Parts of a path of one shade each, 0 to 1 for errors from 0 to `largest`.
-fn shades(shown: &ErrorPath, largest: f64) -> Vec<(f64, Path)> {
+fn shades(shown: &ErrorPath, largest: f64) -> Vec<(f64, PlanePath)> {
     let level = |i: usize| (0.5 * (shown.errors[i] + shown.errors[i + 1]) / largest * SHADES).floor();
-    let mut pieces: Vec<(f64, Path)> = Vec::new();
+    let mut pieces: Vec<(f64, PlanePath)> = Vec::new();
     let mut last = f64::NAN;
     for i in 0..shown.path.len() - 1 {
         if level(i) != last {
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn every_piece_of_a_path_is_drawn_in_its_shade() {
-        let path: Path = (0..10).map(|i| (f64::from(i), 0.0)).collect();
+        let path: PlanePath = (0..10).map(|i| (f64::from(i), 0.0)).collect();
         let errors = path.iter().map(|(x, _)| if *x < 5.0 { 0.0 } else { 1.0 }).collect();
         let pieces = shades(&ErrorPath { name: String::new(), path, errors }, 1.0);
         // Low, the step between, high.

@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 
 use crate::figure::{Figure, LegendEntry};
-use crate::plane::{Path, square_around};
+use crate::plane::{PlanePath, square_around};
 use crate::sheet::{BAR, BELOW, COLORS, LEFT, Sheet, number, ramp};
 
 const OUTLINE: RGBColor = COLORS[6];
@@ -26,17 +26,17 @@ pub struct HeatMap {
     /// Name in the legend of a line that is drawn over all tiles.
     outline_name: String,
     /// Corners of that line [mm]; none where there is none.
-    outline: Path,
+    outline: PlanePath,
     /// Middle of the square that all tiles show, and half its side [mm].
     middle: [f64; 2],
     half: f64,
-    groups: Vec<Group>,
+    groups: Vec<HeatMapGroup>,
     /// Most samples in a cell.
     most: f64,
 }
 
 /// Samples of a tile by cell.
-struct Group {
+struct HeatMapGroup {
     title: String,
     /// By row from below, then by column (CELLS × CELLS).
     counts: Vec<usize>,
@@ -47,13 +47,13 @@ impl HeatMap {
     pub fn new(
         name: impl Into<String>,
         title: impl Into<String>,
-        groups: Vec<(String, Path)>,
-        (outline_name, outline): (&str, Path),
+        groups: Vec<(String, PlanePath)>,
+        (outline_name, outline): (&str, PlanePath),
     ) -> Self {
         let (middle, half) = square_around(groups.iter().flat_map(|(_, points)| points));
-        let groups: Vec<Group> = groups
+        let groups: Vec<HeatMapGroup> = groups
             .into_iter()
-            .map(|(title, points)| Group { title, counts: counted(&points, middle, half) })
+            .map(|(title, points)| HeatMapGroup { title, counts: counted(&points, middle, half) })
             .collect();
         let most = groups.iter().flat_map(|group| &group.counts).max().map_or(1.0, |most| *most as f64);
         Self {
@@ -83,7 +83,7 @@ impl HeatMap {
         1 + ((part * SHADES as f64) as usize).min(SHADES - 1)
     }
 
-    fn draw_group<DB: DrawingBackend>(&self, group: &Group, sheet: &Sheet<DB>) -> anyhow::Result<()>
+    fn draw_group<DB: DrawingBackend>(&self, group: &HeatMapGroup, sheet: &Sheet<DB>) -> anyhow::Result<()>
     where
         DB::ErrorType: 'static,
     {

@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 
 use crate::figure::{Figure, LegendEntry};
-use crate::plane::Path;
+use crate::plane::PlanePath;
 use crate::sheet::{BELOW, COLORS, LEFT, Sheet};
 use crate::simplify::{between_sharp_turns, simplified};
 
@@ -48,7 +48,7 @@ pub struct OverlayTile {
     /// Line below the name.
     pub note: String,
     /// A path for each kind [mm].
-    pub paths: Vec<Path>,
+    pub paths: Vec<PlanePath>,
 }
 
 impl PathKind {

@@ -4,7 +4,7 @@ use anyhow::Result;
 use plotters::prelude::*;
 
 use crate::figure::{Figure, LegendEntry};
-use crate::plane::{Path, draw_simplified, spaced};
+use crate::plane::{PlanePath, draw_simplified, spaced};
 use crate::sheet::{BAR, BELOW, COLORS, LEFT, Sheet, padded, ramp};
 
 /// Parts of the path that have a colour of their own.
@@ -44,7 +44,7 @@ pub struct SpacePath {
 
 impl SpacePath {
     /// Points along two of the axes.
-    fn seen(&self, axes: [usize; 2]) -> Path {
+    fn seen(&self, axes: [usize; 2]) -> PlanePath {
         self.axes[axes[0]].iter().copied().zip(self.axes[axes[1]].iter().copied()).collect()
     }
 }

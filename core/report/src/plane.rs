@@ -6,7 +6,7 @@ use crate::sheet::{Chart, Sheet};
 use crate::simplify::{between_sharp_turns, simplified};
 
 /// Points of a line, in the unit of the axes.
-pub type Path = Vec<(f64, f64)>;
+pub type PlanePath = Vec<(f64, f64)>;
 
 /// Middle and half the side of a square around all points, with some air.
 pub fn square_around<'a>(points: impl Iterator<Item = &'a (f64, f64)>) -> ([f64; 2], f64) {
@@ -20,7 +20,7 @@ pub fn square_around<'a>(points: impl Iterator<Item = &'a (f64, f64)>) -> ([f64;
 }
 
 /// Every other part of this length of a line.
-pub fn dashes(line: &[(f64, f64)], length: f64) -> Vec<Path> {
+pub fn dashes(line: &[(f64, f64)], length: f64) -> Vec<PlanePath> {
     let mut dashes = vec![vec![line[0]]];
     let (mut is_drawn, mut left) = (true, length);
     for pair in line.windows(2) {
@@ -49,8 +49,8 @@ pub fn dashes(line: &[(f64, f64)], length: f64) -> Vec<Path> {
 }
 
 /// The first point, and each that is this far from the one taken before.
-pub(crate) fn spaced(points: &[(f64, f64)], distance: f64) -> Path {
-    let mut taken: Path = Vec::new();
+pub(crate) fn spaced(points: &[(f64, f64)], distance: f64) -> PlanePath {
+    let mut taken: PlanePath = Vec::new();
     for point in points {
         if taken.last().is_none_or(|last| (point.0 - last.0).hypot(point.1 - last.1) >= distance) {
             taken.push(*point);
@@ -86,7 +86,7 @@ mod tests {
         let drawn = dashes(&line, 1.0);
         assert_eq!(drawn.len(), 4);
         assert_eq!(drawn[1], [(2.0, 0.0), (3.0, 0.0)]);
-        let length = |dash: &Path| {
+        let length = |dash: &PlanePath| {
             dash.windows(2).map(|pair| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1)).sum::<f64>()
         };
         assert!((drawn.iter().map(length).sum::<f64>() - 4.0).abs() < 1e-12);

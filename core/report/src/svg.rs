@@ -9,7 +9,7 @@ use crate::sheet::Sheet;
 /// How many times larger everything is drawn: plotters rounds to whole pixels, and curves would show it.
 pub(crate) const SCALE: u32 = 5;
 
-/// What an SVG is besides its content.
+/// Properties of an SVG apart from its content.
 pub(crate) struct SvgFrame<'a> {
     /// Width and height [px].
     pub(crate) size: [f64; 2],

@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 
 use crate::figure::{Figure, LegendEntry};
-use crate::plane::{Path, dashes, draw_simplified, square_around};
+use crate::plane::{PlanePath, dashes, draw_simplified, square_around};
 use crate::sheet::{BELOW, COLORS, LEFT, NARROW, Sheet};
 
 const TARGET: RGBColor = COLORS[0];
@@ -24,9 +24,9 @@ pub struct TargetMap {
     /// Caption: the content of the figure.
     pub caption: String,
     /// The curve, dashed [mm].
-    pub curve: Path,
+    pub curve: PlanePath,
     /// Ways to the curve and from it [mm].
-    pub ways: Vec<Path>,
+    pub ways: Vec<PlanePath>,
     /// Points that were tried; none where nothing was tried.
     pub goals: Option<Vec<TargetPoint>>,
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_base::Scene;
-use hysteron_control::{Plan, TargetPath};
+use hysteron_control::{MotionPlan, TargetPath};
 use hysteron_fem::read_mesh;
 use hysteron_fuzz::drive;
 use hysteron_fuzz::text::{slipped, slips};
@@ -31,9 +31,9 @@ fn no_slip_in_a_scene_harms_its_twin() {
 
 #[test]
 fn no_slip_in_a_plan_does_harm() {
-    let texts = ["quick", "roses"].map(|name| Plan::text(name).unwrap());
+    let texts = ["quick", "roses"].map(|name| MotionPlan::text(name).unwrap());
     drive("plan", 300, MEMORY_MAX, (slips(), 0..2_usize), |(slips, k)| {
-        match Plan::from_toml(&slipped(texts[k], &slips), "plan.toml") {
+        match MotionPlan::from_toml(&slipped(texts[k], &slips), "plan.toml") {
             Ok(plan) => {
                 let n_strokes =
                     |one: &hysteron_control::Trajectory| one.n_samples() * one.tendons.angles.len();

@@ -8,7 +8,7 @@ use super::sensitivity::sensitivity;
 use super::{AuxiliaryLimits, Bound, DistanceSummary, IdentificationSummary};
 use crate::friction_points::FrictionPoints;
 use crate::model::{Target, Twin};
-use crate::motion::Motion;
+use crate::motion::RobotMotion;
 use crate::plant::{PhysicsTwin, Plant};
 use crate::step::{FrictionMemory, Stepper};
 use crate::{Error, Result, TwinState};
@@ -237,7 +237,7 @@ const SENSITIVITY_EVERY: usize = 5;
 
 /// An identified recording.
 #[derive(Debug, Clone)]
-pub struct Identification {
+pub struct AuxiliaryIdentification {
     /// Strokes and measured tip as they came, `aux_kk_m` (s*), the twin's tip with them, `twin_x_m`.., and without,
     /// `bare_x_m`..
     pub recording: Recording,
@@ -255,10 +255,10 @@ pub struct Identification {
 pub fn identify(
     twin: &Twin,
     policy: &mut dyn AuxiliaryPolicy,
-    motion: &Motion,
+    motion: &RobotMotion,
     mut meta: Metadata,
     on_sample: &mut dyn FnMut() -> bool,
-) -> Result<Option<Identification>> {
+) -> Result<Option<AuxiliaryIdentification>> {
     let n = motion.len();
     let n_aux = policy.strokes().len();
     let mut uncorrected = PhysicsTwin::new(twin);
@@ -301,7 +301,7 @@ pub fn identify(
         columns.into_recording(time(1), names(twin.n_primary, n_aux), motion.gap.clone(), meta.clone())?;
     let sensitivities =
         sensitivities.into_recording(time(SENSITIVITY_EVERY), sensitivity_names(n_aux), Vec::new(), meta)?;
-    Ok(Some(Identification { recording, sensitivities, summary }))
+    Ok(Some(AuxiliaryIdentification { recording, sensitivities, summary }))
 }
 
 /// Rows that become channels.

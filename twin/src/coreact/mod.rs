@@ -15,7 +15,8 @@ mod summary;
 pub use auxiliary::AuxiliaryLimits;
 pub(crate) use identify::distance;
 pub use identify::{
-    AuxiliaryPolicy, Identification, IdentifiedSample, Identifier, IdentifyOptions, TipMeasurement, identify,
+    AuxiliaryIdentification, AuxiliaryPolicy, IdentifiedSample, Identifier, IdentifyOptions, TipMeasurement,
+    identify,
 };
 pub use problem::Bound;
 pub(crate) use problem::allowed as allowed_strokes;

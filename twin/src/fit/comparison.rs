@@ -8,7 +8,7 @@ use hysteron_fem::Mesh;
 use nalgebra::{Matrix3, Vector3};
 
 use super::sampling::FitSamples;
-use crate::motion::Motion;
+use crate::motion::RobotMotion;
 use crate::{Registration, Result, Target, Twin, alignment, rollouts};
 
 /// Where the measured tip is expected.
@@ -51,7 +51,7 @@ pub(super) struct TwinResponse {
 /// Motions, what of them is compared, and how.
 pub(super) struct MotionComparison<'a> {
     pub mesh: &'a Mesh,
-    pub motions: &'a [Motion],
+    pub motions: &'a [RobotMotion],
     pub courses: Vec<FitSamples>,
     pub frame: TipFrame,
     /// Largest tension that the robot's drives can make, by primary tendon [N].
@@ -64,7 +64,7 @@ pub(super) struct MotionComparison<'a> {
 impl<'a> MotionComparison<'a> {
     pub fn new(
         mesh: &'a Mesh,
-        motions: &'a [Motion],
+        motions: &'a [RobotMotion],
         courses: Vec<FitSamples>,
         frame: TipFrame,
         tension_max: Vec<f64>,
@@ -228,7 +228,7 @@ fn compared_steps<'a, T>(
 ///
 /// # Errors
 /// A motion that lacks one.
-pub(super) fn check_axes(motions: &[Motion]) -> Result<()> {
+pub(super) fn check_axes(motions: &[RobotMotion]) -> Result<()> {
     match motions.iter().find(|motion| motion.axes != [true; 3]) {
         None => Ok(()),
         Some(motion) => {

@@ -9,14 +9,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use hysteron_base::Scene;
 use hysteron_fem::Mesh;
 use hysteron_fit::{
-    Estimate, Fit, Identifiability, Options, Parameter, Prior, TOLERANCE, least_squares, minimum, polished,
+    Fit, Identifiability, IdentifiedParameter, Options, Parameter, Prior, TOLERANCE, least_squares, minimum,
+    polished,
 };
 
 use super::comparison::{AxisErrors, MotionComparison, TipFrame, check_axes};
 use super::hints::{Hint, hints, steepest};
 use super::quantity::Selected;
 use super::sampling::{FitSamples, Stepping, courses};
-use crate::motion::Motion;
+use crate::motion::RobotMotion;
 use crate::{Result, Twin};
 
 /// How far a fit has come.
@@ -94,7 +95,7 @@ const MAX_TURNS: usize = 3;
 pub fn fit_material(
     scene: &Scene,
     mesh: &Mesh,
-    motions: &[Motion],
+    motions: &[RobotMotion],
     selected: &[Selected],
     options: &MaterialOptions,
 ) -> Result<MaterialFit> {
@@ -306,7 +307,7 @@ impl<'a> Levels<'a> {
             return Ok(None);
         }
         let scene = self.with(&self.scene, &fit.values());
-        let at_bound = |(s, estimate): &(&Selected, &Estimate)| {
+        let at_bound = |(s, estimate): &(&Selected, &IdentifiedParameter)| {
             s.quantity.name == "gravity" && estimate.standing == Identifiability::AtBound
         };
         if let Some((s, _)) = self.selected.iter().zip(&fit.estimates).find(at_bound) {

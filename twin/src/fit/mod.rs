@@ -14,7 +14,8 @@ mod sampling;
 pub use comparison::{AxisErrors, TipFrame};
 pub use hints::Hint;
 pub use hysteron_fit::{
-    Estimate, Fit, Identifiability, Options, Parameter, ParameterScale, Prior, TOLERANCE, least_squares,
+    Fit, Identifiability, IdentifiedParameter, Options, Parameter, ParameterScale, Prior, TOLERANCE,
+    least_squares,
 };
 pub use material::{FitProgress, MaterialFit, MaterialOptions, fit_material};
 pub use quantity::{FitParameter, Of, QUANTITIES, SceneQuantity, Selected, select};

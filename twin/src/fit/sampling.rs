@@ -6,7 +6,7 @@
 
 use hysteron_base::BadInput;
 
-use crate::motion::Motion;
+use crate::motion::RobotMotion;
 use crate::{Result, Target};
 
 /// How a fit goes through its motions.
@@ -44,7 +44,7 @@ impl FitSamples {
     ///
     /// # Errors
     /// Fewer than eight to compare.
-    pub fn new(motion: &Motion, stepping: &Stepping, most: usize) -> Result<Self> {
+    pub fn new(motion: &RobotMotion, stepping: &Stepping, most: usize) -> Result<Self> {
         let samples = way(motion, stepping.step, most);
         let mut compared = None;
         let mut tips = Vec::with_capacity(samples.len());
@@ -83,14 +83,14 @@ impl FitSamples {
 ///
 /// # Errors
 /// Those of [`FitSamples::new`].
-pub fn courses(motions: &[Motion], stepping: &Stepping) -> Result<Vec<FitSamples>> {
+pub fn courses(motions: &[RobotMotion], stepping: &Stepping) -> Result<Vec<FitSamples>> {
     let most = stepping.most / motions.len().max(1);
     motions.iter().map(|motion| FitSamples::new(motion, stepping, most)).collect()
 }
 
 /// Samples from 0 on, at most `most`: from each, the farthest that lies within a step, or where a stroke turns back
 /// before that, or the next one that moves at all.
-fn way(motion: &Motion, step: f64, most: usize) -> Vec<usize> {
+fn way(motion: &RobotMotion, step: f64, most: usize) -> Vec<usize> {
     let mut samples = vec![0];
     while samples.len() < most {
         let Some(next) = next(motion, samples[samples.len() - 1], step) else { break };
@@ -100,7 +100,7 @@ fn way(motion: &Motion, step: f64, most: usize) -> Vec<usize> {
 }
 
 /// The sample after `from`; none where nothing moves any more.
-fn next(motion: &Motion, from: usize, step: f64) -> Option<usize> {
+fn next(motion: &RobotMotion, from: usize, step: f64) -> Option<usize> {
     let start: Vec<f64> = coordinates(motion, from).collect();
     // Farthest in either direction of each coordinate, and where that was.
     let mut extremes = vec![[(0.0, from); 2]; start.len()];
@@ -129,12 +129,12 @@ fn next(motion: &Motion, from: usize, step: f64) -> Option<usize> {
 }
 
 /// Coordinates that measure the progress of a motion: strokes, and where tensions drive, the tip [m].
-fn coordinates(motion: &Motion, sample: usize) -> impl Iterator<Item = f64> {
+fn coordinates(motion: &RobotMotion, sample: usize) -> impl Iterator<Item = f64> {
     let tip = if motion.has_tensions() { &motion.tips[sample][..] } else { &[] };
     motion.strokes_at(sample).iter().chain(tip).copied()
 }
 
 /// Largest change of a coordinate between two samples [m].
-fn moved(motion: &Motion, from: usize, to: usize) -> f64 {
+fn moved(motion: &RobotMotion, from: usize, to: usize) -> f64 {
     coordinates(motion, from).zip(coordinates(motion, to)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }

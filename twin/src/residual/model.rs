@@ -62,7 +62,7 @@ const KIND: &str = "residual";
 
 /// Metadata of a checkpoint, next to the network.
 #[derive(Serialize, Deserialize)]
-struct Details {
+struct ResidualDetails {
     design: ResidualDesign,
     n_aux: usize,
     step_s: f64,
@@ -87,7 +87,7 @@ impl ResidualModel {
     /// # Errors
     /// Refusals of the file system.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let details = Details {
+        let details = ResidualDetails {
             design: self.design.clone(),
             n_aux: self.n_aux,
             step_s: self.step_s,
@@ -114,7 +114,7 @@ impl ResidualModel {
                 error.to_string(),
             )
         };
-        let details: Details = json::from_value(&details).map_err(bad)?;
+        let details: ResidualDetails = json::from_value(&details).map_err(bad)?;
         let model = Self {
             design: details.design,
             change: details.change,

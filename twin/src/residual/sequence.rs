@@ -28,7 +28,7 @@ pub struct Sequence {
     pub gap: Vec<bool>,
     /// That of the network which chose the strokes, if one did.
     pub decoder: Option<StrokeDecoder>,
-    /// Sensitivities, see [`crate::coreact::Identification`]; (axis, tendon) series at a lower rate [-].
+    /// Sensitivities, see [`crate::coreact::AuxiliaryIdentification`]; (axis, tendon) series at a lower rate [-].
     sensitivities: [Vec<Vec<f64>>; 3],
     /// Samples per row of the sensitivities.
     every: usize,

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::observer::{Observation, Steady};
 use super::sensor::{ForceSensor, ServoLoad};
 use super::tension::TensionErrors;
-use super::tip_force::{TipErrors, TipForceFilter, TipSample};
+use super::tip_force::{TipForceErrors, TipForceFilter, TipSample};
 
 type Check<T> = std::result::Result<T, BadInput>;
 
@@ -72,7 +72,7 @@ pub fn fit_sensor(
         Some(found) => found,
         None => (tension.force_scale, UNKNOWN_RESPONSE),
     };
-    let mut tip = TipErrors { response, ..tip_errors(free, period)? };
+    let mut tip = TipForceErrors { response, ..tip_errors(free, period)? };
     tip.thresholds = thresholds(free, &tip, stiffness_scale, period)?;
     let servo = load.as_ref().map(ServoLoad::of);
     let sensor = ForceSensor { period_s: period, servo, tension, stiffness_scale, tip };
@@ -224,7 +224,7 @@ impl Changes {
 }
 
 /// Errors of the tip without contact; the threshold is still missing.
-fn tip_errors(free: &[RecordingObservations], period: f64) -> Check<TipErrors> {
+fn tip_errors(free: &[RecordingObservations], period: f64) -> Check<TipForceErrors> {
     let changes = Changes::of(free, period);
     let at_rest = |lag: f64| changes.mean(|path, of| path < AT_REST && of == lag);
     let ((short, n_short), (long, n_long)) = (at_rest(LAGS[0]), at_rest(LAGS[3]));
@@ -282,7 +282,7 @@ fn tip_errors(free: &[RecordingObservations], period: f64) -> Check<TipErrors> {
         (free.iter().map(of_one).sum::<f64>() / free.len().max(1) as f64).sqrt().max(noise[c])
     };
     let [walk_along_sqrt_m, walk_across_sqrt_m] = walks(free, &noise, period);
-    Ok(TipErrors {
+    Ok(TipForceErrors {
         noise_m: noise,
         model_m,
         offset_m: [0, 1, 2].map(offset),
@@ -323,7 +323,7 @@ fn walks(free: &[RecordingObservations], noise: &[f64; 3], period: f64) -> [f64;
 /// Statistics that motion without contact passes once an hour, by classes of speed: their largest values fall off exponentially.
 fn thresholds(
     free: &[RecordingObservations],
-    errors: &TipErrors,
+    errors: &TipForceErrors,
     stiffness_scale: f64,
     period: f64,
 ) -> Check<[f64; 4]> {

@@ -16,4 +16,4 @@ pub use fit::{KnownForce, RecordingObservations, fit_sensor};
 pub use observer::{Observation, SenseSample, Steady, TwinObserver};
 pub use sensor::{ForceSensor, SensedSample, ServoLoad, TendonSensing};
 pub use tension::{TensionErrors, TensionFilter};
-pub use tip_force::{TipErrors, TipForceEstimate, TipForceFilter, TipSample};
+pub use tip_force::{TipForceErrors, TipForceEstimate, TipForceFilter, TipSample};

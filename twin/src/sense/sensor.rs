@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::observer::{Observation, SenseSample, Steady, TwinObserver};
 use super::tension::{TensionErrors, TensionFilter};
-use super::tip_force::{TipErrors, TipForceEstimate, TipForceFilter, TipSample};
+use super::tip_force::{TipForceErrors, TipForceEstimate, TipForceFilter, TipSample};
 use crate::Result;
 
 /// Tensions from the load of the servos: torque, radius and friction.
@@ -70,7 +70,7 @@ pub struct ForceSensor {
     /// Stiffness of the robot's tip over the twin's, all friction points slipping [-].
     pub stiffness_scale: f64,
     /// Errors of the tip.
-    pub tip: TipErrors,
+    pub tip: TipForceErrors,
 }
 
 /// Estimates of one sample.

@@ -26,7 +26,7 @@ type Covariance = SMatrix<f64, 6, 6>;
 /// How far a tip without contact strays from the twin's.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct TipErrors {
+pub struct TipForceErrors {
     /// Noise of a sample along x, y, z [m].
     pub noise_m: [f64; 3],
     /// Standard deviation of b along x, y, z: of the twin, and of the tracker [m].
@@ -43,7 +43,7 @@ pub struct TipErrors {
     pub creep_m_per_sqrt_s: [f64; 3],
     /// Standard error of the twin's response [-].
     pub response: f64,
-    /// Statistic of a change from which on it is a contact [-], for each of [`TipErrors::class`].
+    /// Statistic of a change from which on it is a contact [-], for each of [`TipForceErrors::class`].
     pub thresholds: [f64; 4],
 }
 
@@ -101,7 +101,7 @@ const CHANGE_DEGREES_OF_FREEDOM: f64 = 4.0;
 /// A contact is over, too, where its force and its standard error are together below this [N].
 const NO_FORCE: f64 = 0.04;
 
-impl TipErrors {
+impl TipForceErrors {
     /// Which threshold counts while the tendons have a speed [m/s]: at rest, slow, faster, fast.
     pub fn class(speed: f64) -> usize {
         SPEEDS.partition_point(|edge| *edge < speed)
@@ -153,7 +153,7 @@ enum Explanation {
 /// Estimates the force on a tip, sample by sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TipForceFilter {
-    errors: TipErrors,
+    errors: TipForceErrors,
     period: f64,
     /// F, then b.
     state: ForceState,
@@ -167,7 +167,7 @@ pub struct TipForceFilter {
 
 impl TipForceFilter {
     /// Without contact; samples come every `period` [s].
-    pub fn new(errors: TipErrors, period: f64) -> Self {
+    pub fn new(errors: TipForceErrors, period: f64) -> Self {
         let mut filter = Self {
             errors,
             period,
@@ -221,7 +221,7 @@ impl TipForceFilter {
     pub(super) fn class(&self) -> usize {
         let n = self.samples(SPEED);
         let of = |i: usize| self.past.get(i).map_or(0.0, |past| past.path);
-        TipErrors::class((of(0) - of(n.min(self.past.len().saturating_sub(1)))) / SPEED)
+        TipForceErrors::class((of(0) - of(n.min(self.past.len().saturating_sub(1)))) / SPEED)
     }
 
     fn force(&self) -> Vector3<f64> {
@@ -417,7 +417,7 @@ mod tests {
 
     const PERIOD: f64 = 0.01;
     /// As of the virtual rig's `typical`.
-    const ERRORS: TipErrors = TipErrors {
+    const ERRORS: TipForceErrors = TipForceErrors {
         noise_m: [6e-5; 3],
         model_m: [2.9e-4, 2.9e-4, 1e-4],
         offset_m: [2e-4; 3],

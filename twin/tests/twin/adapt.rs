@@ -7,7 +7,7 @@ use hysteron_twin::residual::{
     AdaptOptions, Adapted, AdaptedParts, CorrectedRollout, ResidualDesign, ResidualModel, ResidualTraining,
     RobotChange, adapt, n_samples,
 };
-use hysteron_twin::{Motion, Plant, Twin};
+use hysteron_twin::{Plant, RobotMotion, Twin};
 use rand::RngExt;
 
 use super::scenes;
@@ -60,7 +60,7 @@ fn strokes(motion: usize, i: usize) -> [f64; 4] {
 }
 
 /// Recordings of a tracker, of a robot that is the twin with a change.
-fn motions(twin: &Twin, auxiliary: &AuxiliaryLimits, change: &RobotChange) -> Vec<Motion> {
+fn motions(twin: &Twin, auxiliary: &AuxiliaryLimits, change: &RobotChange) -> Vec<RobotMotion> {
     let robot = ResidualModel { change: Some(change.clone()), ..silent(twin, auxiliary) };
     let motion = |m: usize| {
         let mut rollout = CorrectedRollout::new(twin, auxiliary, &robot, STEP).unwrap();
@@ -79,7 +79,7 @@ fn motions(twin: &Twin, auxiliary: &AuxiliaryLimits, change: &RobotChange) -> Ve
             names.into_iter().zip(columns).map(|(name, values)| Channel::new(name, values)).collect();
         let time = (0..n).map(|i| STEP * i as f64).collect();
         let recording = Recording::new(time, channels, Vec::new(), Metadata::default()).unwrap();
-        Motion::for_identification(twin, &recording, &format!("motion-{m}")).unwrap()
+        RobotMotion::for_identification(twin, &recording, &format!("motion-{m}")).unwrap()
     };
     (0..3).map(motion).collect()
 }

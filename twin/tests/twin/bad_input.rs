@@ -1,7 +1,8 @@
 //! Commands and scenes that cannot be: the error, and what is left behind.
 
 use hysteron_base::{
-    AuxiliaryLayout, BadInput, Bounds, MaterialLaw, PointForce, PrescribedQuantity, Region, Scene, Tip,
+    AuxiliaryLayout, BadInput, Bounds, MaterialLaw, PointForce, PrescribedQuantity, Region, Scene,
+    TipDefinition,
 };
 use hysteron_fem::Order;
 use hysteron_twin::{Cause, Error, Target, Twin};
@@ -129,7 +130,7 @@ fn complaint(change: impl FnOnce(&mut Scene)) -> BadInput {
 fn unknown_groups_are_refused_with_the_known_ones() {
     let bad = complaint(|scene| scene.clamp = Region::Group("bottom".into()));
     assert!(bad.place == "clamp.group" && bad.found.contains("base, body, tip"), "{bad}");
-    let bad = complaint(|scene| scene.tip = Tip::Group("top".into()));
+    let bad = complaint(|scene| scene.tip = TipDefinition::Group("top".into()));
     assert_eq!(bad.place, "tip.group");
 }
 
@@ -137,7 +138,7 @@ fn unknown_groups_are_refused_with_the_known_ones() {
 fn empty_group_is_refused() {
     let (mut scene, mut mesh) = scenes::robot();
     mesh.groups.insert("nothing".into(), Vec::new());
-    scene.tip = Tip::Group("nothing".into());
+    scene.tip = TipDefinition::Group("nothing".into());
     let error = Twin::new(&scene, &mesh).expect_err("an empty group");
     assert!(error.bad_input().is_some_and(|bad| bad.place == "tip.group"), "{error}");
 }
@@ -160,7 +161,7 @@ fn box_clamps_the_nodes_in_it() {
 fn points_outside_the_body_are_refused_by_name() {
     let bad = complaint(|scene| scene.tendons[2].points[4] = [0.02, 0.0, 0.02]);
     assert!(bad.place == "tendon.tendon_3.points_mm[4]" && bad.found.contains("mm outside"), "{bad}");
-    let bad = complaint(|scene| scene.tip = Tip::Point([0.0, 0.0, 0.05]));
+    let bad = complaint(|scene| scene.tip = TipDefinition::Point([0.0, 0.0, 0.05]));
     assert_eq!(bad.place, "tip.point_mm");
     let force = PointForce { at: [0.0, 0.0045, 0.041], force: [1.0, 0.0, 0.0] };
     let bad = complaint(|scene| scene.point_forces.push(force));

@@ -6,13 +6,14 @@ use hysteron_base::{Channel, Friction, Metadata, Recording, json};
 use hysteron_fit::qp::QpStatus;
 use hysteron_learn::{SequenceOptions, TrainingProgress};
 use hysteron_twin::coreact::{
-    AuxiliaryLimits, AuxiliaryPolicy, Identification, Identifier, IdentifyOptions, TipMeasurement, identify,
+    AuxiliaryIdentification, AuxiliaryLimits, AuxiliaryPolicy, Identifier, IdentifyOptions, TipMeasurement,
+    identify,
 };
 use hysteron_twin::residual::{
     CorrectedRollout, DECODER, FittedResidual, PUBLISHED, RecurrentOptions, ResidualDesign, ResidualModel,
     Sequence, Sessions, StrokeDecoder, fit_decoder, fit_recurrent, fit_windowed,
 };
-use hysteron_twin::{FrictionPoints, Motion, Plant, Stepper, Target, Twin};
+use hysteron_twin::{FrictionPoints, Plant, RobotMotion, Stepper, Target, Twin};
 
 use super::scenes;
 
@@ -71,7 +72,7 @@ fn tip_of_a_twin_with_secret_strokes_is_met() {
     let twin = twin();
     let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
     let recording = recording(&twin, &auxiliary, 200, |i| lagging(auxiliary.len(), i));
-    let motion = Motion::for_identification(&twin, &recording, "rec").unwrap();
+    let motion = RobotMotion::for_identification(&twin, &recording, "rec").unwrap();
     let options =
         IdentifyOptions { regularisation: 1e-6, rounds: 4, tolerance: 1e-7, ..IdentifyOptions::default() };
     let mut identifier = Identifier::new(&twin, &auxiliary, options);
@@ -199,7 +200,7 @@ fn secret_strokes_are_found_through_friction_and_backlash() {
     let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
     let secret = |i: usize| lagging(auxiliary.len(), i);
     let recording = recording(&twin, &auxiliary, 400, secret);
-    let motion = Motion::for_identification(&twin, &recording, "rec").unwrap();
+    let motion = RobotMotion::for_identification(&twin, &recording, "rec").unwrap();
     let options =
         IdentifyOptions { regularisation: 1e-9, rounds: 4, tolerance: 1e-8, ..IdentifyOptions::default() };
     let mut identifier = Identifier::new(&twin, &auxiliary, options);
@@ -246,9 +247,13 @@ fn fit(
 }
 
 /// A motion whose tip lags, identified.
-fn identified(twin: &Twin, auxiliary: &AuxiliaryLimits, n: usize) -> (Motion, Identification, Sequence) {
+fn identified(
+    twin: &Twin,
+    auxiliary: &AuxiliaryLimits,
+    n: usize,
+) -> (RobotMotion, AuxiliaryIdentification, Sequence) {
     let recording = recording(twin, auxiliary, n, |i| lagging(auxiliary.len(), i));
-    let motion = Motion::for_identification(twin, &recording, "rec").unwrap();
+    let motion = RobotMotion::for_identification(twin, &recording, "rec").unwrap();
     let mut identifier = Identifier::new(twin, auxiliary, IdentifyOptions::default());
     let found = identify(twin, &mut identifier, &motion, Metadata::default(), &mut || true);
     let found = found.unwrap().unwrap();
@@ -417,7 +422,7 @@ fn recordings_of_something_else_are_refused() {
         });
         let made =
             Recording::new(good.time().to_vec(), channels.collect(), gap, Metadata::default()).unwrap();
-        Motion::for_identification(&twin, &made, "rec").map(|_| ()).unwrap_err().to_string()
+        RobotMotion::for_identification(&twin, &made, "rec").map(|_| ()).unwrap_err().to_string()
     };
     let other_robot = remade(&|name, value| (name != "stroke_4_m").then_some(value), Vec::new());
     assert!(other_robot.contains("stroke columns: expected 4"), "{other_robot}");
@@ -440,6 +445,6 @@ fn recordings_of_something_else_are_refused() {
         Metadata::default(),
     );
     let short =
-        Motion::for_identification(&twin, &short.unwrap(), "rec").map(|_| ()).unwrap_err().to_string();
+        RobotMotion::for_identification(&twin, &short.unwrap(), "rec").map(|_| ()).unwrap_err().to_string();
     assert!(short.contains("at least 100"), "{short}");
 }

@@ -1,13 +1,15 @@
 //! Parameters of a twin come back from recordings of it. Measuring and modelling are then the same program, so this
 //! checks the fit and not the physics; the cantilever is checked against a closed form.
 
-use hysteron_base::{Bounds, Channel, Friction, Metadata, PrescribedQuantity, Recording, Scene, Tip};
+use hysteron_base::{
+    Bounds, Channel, Friction, Metadata, PrescribedQuantity, Recording, Scene, TipDefinition,
+};
 use hysteron_fem::{Mesh, Order};
 use hysteron_twin::fit::{
     FitParameter, FitSamples, Identifiability, MaterialFit, MaterialOptions, Stepping, TipFrame, courses,
     fit_material, select,
 };
-use hysteron_twin::{Motion, Result, Target, Twin, rollout};
+use hysteron_twin::{Result, RobotMotion, Target, Twin, rollout};
 use rand::RngExt;
 
 use super::{assert_close, rng, scenes};
@@ -57,8 +59,8 @@ fn record(strokes: &[[f64; 4]], tips: &[[f64; 3]]) -> Recording {
     Recording::new(time, channels, vec![], Metadata::default()).unwrap()
 }
 
-fn motion(scene: &Scene, mesh: &Mesh, recording: &Recording) -> Result<Motion> {
-    Motion::new(&Twin::new(scene, mesh).unwrap(), recording, "rec")
+fn motion(scene: &Scene, mesh: &Mesh, recording: &Recording) -> Result<RobotMotion> {
+    RobotMotion::new(&Twin::new(scene, mesh).unwrap(), recording, "rec")
 }
 
 fn fitted(
@@ -126,7 +128,7 @@ fn cantilever_under_known_tension_gives_its_modulus() {
     let mut scene = scenes::scene("cantilever", hysteron_base::MaterialLaw::Corotational);
     scene.tendons = vec![scenes::tendon(0, length, r, 20)];
     scene.tendons[0].drive = PrescribedQuantity::Tension;
-    scene.tip = Tip::Group("tip".into());
+    scene.tip = TipDefinition::Group("tip".into());
     let octagon = |radius: f64| {
         // Second moment of a regular octagon with corners on the circle.
         let a = std::f64::consts::FRAC_PI_4;
@@ -153,7 +155,7 @@ fn cantilever_under_known_tension_gives_its_modulus() {
     let time = (0..12).map(f64::from).collect();
     let recording = Recording::new(time, channels, vec![], Metadata::default()).unwrap();
     let twin = Twin::new(&scene, &mesh).unwrap();
-    let motions = [Motion::new(&twin, &recording, "rec").unwrap()];
+    let motions = [RobotMotion::new(&twin, &recording, "rec").unwrap()];
     assert_eq!(motions[0].axes, [true, false, true]);
     let selected = select(&scene, &[FitParameter::named("youngs_modulus")]).unwrap();
     let stepping = Stepping { step: 1e-6, every: 1e-6, ..STEPPING };

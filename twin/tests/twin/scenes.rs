@@ -3,7 +3,7 @@
 
 use hysteron_base::{
     AuxiliaryLayout, Bounds, Friction, LengthUnit, Material, MaterialLaw, PrescribedQuantity, Region, Scene,
-    Solver, Tendon, Tip,
+    Solver, Tendon, TipDefinition,
 };
 use hysteron_fem::{Layers, Mesh, Order, Tube};
 
@@ -103,7 +103,7 @@ pub fn scene(name: &str, law: MaterialLaw) -> Scene {
         gravity: [0.0; 3],
         point_forces: Vec::new(),
         tracker: Default::default(),
-        tip: Tip::Group("tip".into()),
+        tip: TipDefinition::Group("tip".into()),
         tendons: Vec::new(),
         friction: None,
         auxiliary: None,

@@ -8,7 +8,7 @@ use hysteron_base::schema::{between, check_header, count, text};
 use hysteron_base::size::check_at_most;
 use hysteron_base::{BadInput, Scene, file};
 use hysteron_control::plan::{Trajectory, TrajectoryRole};
-use hysteron_control::{Plan, TargetPath};
+use hysteron_control::{MotionPlan, TargetPath};
 use hysteron_learn::{MAX_EPOCHS, MAX_HIDDEN};
 use hysteron_twin::Twin;
 use hysteron_twin::coreact::AuxiliaryLimits;
@@ -162,7 +162,7 @@ fn rig(typed: &str, folder: &Path) -> anyhow::Result<(Rig, Source)> {
     Ok((rig, source))
 }
 
-fn named_plan(typed: &str, folder: &Path) -> anyhow::Result<(PlanChoice, Plan)> {
+fn named_plan(typed: &str, folder: &Path) -> anyhow::Result<(PlanChoice, MotionPlan)> {
     let argument = match Path::new(typed).extension() {
         Some(_) => Argument::file(&resolved(folder, typed)),
         None => Argument::word(typed),
@@ -180,7 +180,7 @@ fn named_plan(typed: &str, folder: &Path) -> anyhow::Result<(PlanChoice, Plan)> 
 fn generate(
     typed: &schema::Generate,
     folder: &Path,
-    recorded: &Plan,
+    recorded: &MotionPlan,
     scene: &Scene,
 ) -> anyhow::Result<PlanChoice> {
     const KEY: &str = "generate.plan";
@@ -198,7 +198,7 @@ fn generate(
 }
 
 /// Checks that all recorded trajectories have this rate [Hz]: a network is valid only at its training rate.
-fn check_rate(place: &str, rate_hz: f64, recorded: &Plan) -> Result<(), BadInput> {
+fn check_rate(place: &str, rate_hz: f64, recorded: &MotionPlan) -> Result<(), BadInput> {
     match recorded.trajectories().iter().find(|one| one.rate_hz != rate_hz) {
         None => Ok(()),
         Some(one) => {
@@ -209,7 +209,7 @@ fn check_rate(place: &str, rate_hz: f64, recorded: &Plan) -> Result<(), BadInput
 }
 
 /// A network stops by a trajectory that it does not learn from.
-fn enough(choice: &PlanChoice, plan: &Plan) -> Result<(), BadInput> {
+fn enough(choice: &PlanChoice, plan: &MotionPlan) -> Result<(), BadInput> {
     if choice.training.len() >= 2 {
         return Ok(());
     }
@@ -243,7 +243,7 @@ fn check_tendons(scene: &Scene, source: &Source) -> Result<(), BadInput> {
     Err(BadInput::new("tendon", expected, format!("at {scene} deg")))
 }
 
-fn check_calibration(typed: &schema::Calibrate, plan: &Plan, scene: &Scene) -> anyhow::Result<()> {
+fn check_calibration(typed: &schema::Calibrate, plan: &MotionPlan, scene: &Scene) -> anyhow::Result<()> {
     let names: Vec<&str> = plan.trajectories().iter().map(|one| one.name.as_str()).collect();
     let unknown = typed.recordings.iter().find(|name| !names.contains(&name.as_str()));
     let found = match (unknown, typed.recordings.is_empty()) {
@@ -259,7 +259,7 @@ fn check_calibration(typed: &schema::Calibrate, plan: &Plan, scene: &Scene) -> a
     Ok(())
 }
 
-fn track(typed: schema::Track, folder: &Path, recorded: &Plan) -> anyhow::Result<Track> {
+fn track(typed: schema::Track, folder: &Path, recorded: &MotionPlan) -> anyhow::Result<Track> {
     let repeats = count("track.repeats", typed.repeats, MAX_REPEATS)?;
     check_at_most("track.targets", typed.targets.len(), MAX_TARGETS)?;
     let mut methods: Vec<Method> = Vec::new();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use hysteron_base::{
     Bounds, Friction, LengthUnit, Material, MaterialLaw, PrescribedQuantity, Region, Scene, Solver, Tendon,
-    Tip,
+    TipDefinition,
 };
 use hysteron_fem::{Layers, Mesh, Order, Tube, read_mesh};
 use hysteron_twin::{Target, Twin};
@@ -187,7 +187,7 @@ pub fn twin(
         gravity,
         point_forces: Vec::new(),
         tracker: Default::default(),
-        tip: Tip::Group("tip".into()),
+        tip: TipDefinition::Group("tip".into()),
         tendons,
         friction: setting.friction,
         auxiliary: None,

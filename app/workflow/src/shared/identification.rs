@@ -103,7 +103,7 @@ pub(crate) struct Row {
 
 impl Row {
     /// Of a fit by least squares.
-    pub(crate) fn of_estimate(estimate: &hysteron_fit::Estimate) -> Self {
+    pub(crate) fn of_estimate(estimate: &hysteron_fit::IdentifiedParameter) -> Self {
         let note = match &estimate.standing {
             Identifiability::Fitted => String::new(),
             Identifiability::AtBound => "at its bound".into(),

@@ -8,7 +8,7 @@ use std::path::Path;
 use hysteron_base::size::check_memory;
 use hysteron_base::{BadInput, Recording};
 
-/// What a verb makes of a recording, over its numbers: the rows that are measured, the series that it works with [-].
+/// Memory of a verb's work on a recording, over that of its numbers: the rows that are measured, the series that it works with [-].
 const COPIES: f64 = 2.0;
 /// A number of a result as it is computed, in the recording, and in the file, which may have room for twice its length [byte].
 const BYTES_OF_RESULT: f64 = 32.0;

@@ -4,19 +4,19 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use hysteron_base::{BadInput, Scene, file};
-use hysteron_control::{Plan, StrokeLimits};
+use hysteron_control::{MotionPlan, StrokeLimits};
 
 /// Angles of tendons that differ by less than this are meant to be the same [rad].
 const SAME_ANGLE: f64 = 1e-3;
 
 /// A plan and its text, which goes beside the data: what was carried out, whatever becomes of the file meanwhile.
-pub fn read(named: &str) -> anyhow::Result<(Plan, String)> {
+pub fn read(named: &str) -> anyhow::Result<(MotionPlan, String)> {
     if Path::new(named).extension().is_some() {
         let text = file::read_text(Path::new(named))?;
-        return Ok((Plan::from_toml(&text, named)?, text));
+        return Ok((MotionPlan::from_toml(&text, named)?, text));
     }
-    let plan = Plan::named(named)?;
-    Ok((plan, Plan::text(named).unwrap_or_default().to_owned()))
+    let plan = MotionPlan::named(named)?;
+    Ok((plan, MotionPlan::text(named).unwrap_or_default().to_owned()))
 }
 
 /// The plan of this name at the largest scale, at most its own, at which its strokes and their rates stay within `limits` (one for
@@ -24,7 +24,7 @@ pub fn read(named: &str) -> anyhow::Result<(Plan, String)> {
 ///
 /// # Errors
 /// `BadInput` where next to nothing is left of it; those of reading.
-pub fn within(named: &str, limits: &[StrokeLimits], by: &str) -> anyhow::Result<(Plan, String, f64)> {
+pub fn within(named: &str, limits: &[StrokeLimits], by: &str) -> anyhow::Result<(MotionPlan, String, f64)> {
     /// Part of the plan's size below which it is another plan.
     const SMALLEST: f64 = 0.02;
     let (plan, text) = read(named)?;
@@ -49,11 +49,11 @@ pub fn within(named: &str, limits: &[StrokeLimits], by: &str) -> anyhow::Result<
 }
 
 /// A plan whose text has another value of a number.
-fn changed(text: &str, key: &str, value: f64) -> anyhow::Result<(Plan, String)> {
+fn changed(text: &str, key: &str, value: f64) -> anyhow::Result<(MotionPlan, String)> {
     let mut document: toml_edit::DocumentMut = text.parse()?;
     document[key] = toml_edit::value(value);
     let text = document.to_string();
-    Ok((Plan::from_toml(&text, "plan")?, text))
+    Ok((MotionPlan::from_toml(&text, "plan")?, text))
 }
 
 /// Where about the body the tendons run [rad], at their beginning.
@@ -63,7 +63,7 @@ pub fn angles_of(scene: &Scene) -> Vec<f64> {
 }
 
 /// Refuses a plan made for other tendons than those of `robot`, which run at `angles` [rad].
-pub fn check_tendons(plan: &Plan, angles: &[f64], robot: &str) -> Result<(), BadInput> {
+pub fn check_tendons(plan: &MotionPlan, angles: &[f64], robot: &str) -> Result<(), BadInput> {
     let Some(trajectory) = plan.trajectories().first() else { return Ok(()) };
     let planned = &trajectory.tendons.angles;
     let place = format!("plan {}: tendon_angles_deg", plan.name);

@@ -108,7 +108,7 @@ mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
     use super::*;
     use hysteron_base::{Channel, Metadata};
-    use hysteron_control::Plan;
+    use hysteron_control::MotionPlan;
     use hysteron_control::shape::even_angles;
 
     use hysteron_report::figure::{drawn, png, register_embedded_font};
@@ -120,7 +120,7 @@ mod tests {
             let factor = if size > 0.0 { 5.0 * (0.7 + 0.3 * size / (a.abs() + b.abs())) } else { 0.0 };
             [factor * a, factor * b]
         };
-        let plan = Plan::named("quick").unwrap();
+        let plan = MotionPlan::named("quick").unwrap();
         let recorded = |trajectory: &hysteron_control::Trajectory| {
             let commands = trajectory.commands().unwrap();
             let tips: Vec<[f64; 2]> =

@@ -1,6 +1,6 @@
 //! Assessment of a fit's estimates for and against its use; the limits stand in `hysteron_report::verdict`.
 
-use hysteron_fit::{Estimate, Identifiability};
+use hysteron_fit::{Identifiability, IdentifiedParameter};
 use hysteron_report::verdict::{Criterion, Judgement, Reason, Verdict};
 
 /// A parameter after a fit, as a verdict asks for it.
@@ -30,8 +30,13 @@ pub enum Kind {
 
 impl<'a> Judged<'a> {
     /// An estimate of a fit.
-    pub fn new(name: String, estimate: &'a Estimate, kind: Kind, consequence: Option<&'static str>) -> Self {
-        let Estimate { value, standard_error, ref standing, .. } = *estimate;
+    pub fn new(
+        name: String,
+        estimate: &'a IdentifiedParameter,
+        kind: Kind,
+        consequence: Option<&'static str>,
+    ) -> Self {
+        let IdentifiedParameter { value, standard_error, ref standing, .. } = *estimate;
         Self { name, value, standard_error, standing, kind, consequence }
     }
 
@@ -154,11 +159,16 @@ mod tests {
 
     use super::*;
 
-    fn estimate(name: &str, value: f64, standard_error: Option<f64>, standing: Identifiability) -> Estimate {
-        Estimate { name: name.into(), start: 1.0, value, standard_error, standing }
+    fn estimate(
+        name: &str,
+        value: f64,
+        standard_error: Option<f64>,
+        standing: Identifiability,
+    ) -> IdentifiedParameter {
+        IdentifiedParameter { name: name.into(), start: 1.0, value, standard_error, standing }
     }
 
-    fn judge(estimates: &[Estimate], consequence: Option<&'static str>) -> Verdict {
+    fn judge(estimates: &[IdentifiedParameter], consequence: Option<&'static str>) -> Verdict {
         let judged: Vec<Judged> = estimates
             .iter()
             .map(|estimate| Judged::new(estimate.name.clone(), estimate, Kind::Size, consequence))

@@ -64,7 +64,7 @@ fn single_calls_allocate_nothing() {
 fn steps_and_their_gradients_allocate_nothing() {
     let model = model("panda");
     let n = model.n_joints();
-    let with_friction = Integrator::WithFriction(Stops::Rigid);
+    let with_friction = Integrator::WithFriction(EndStops::Rigid);
     for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4, with_friction] {
         let mut stepper = ArmStepper::new(&model, integrator, (1e-3, 4), 0, 0.0);
         let mut gradient = StepGradient::new(&model, 0, 0.0);
@@ -76,7 +76,7 @@ fn steps_and_their_gradients_allocate_nothing() {
         });
     }
     let rubbing = Model::builtin("open-manipulator-x").unwrap();
-    let mut simulator = Simulator::new(&rubbing, 1e-3, 4, Stops::Rigid);
+    let mut simulator = Simulator::new(&rubbing, 1e-3, 4, EndStops::Rigid);
     let n = rubbing.n_joints();
     let (mut q, mut dq, tau) = (vec![0.01; n], vec![0.0; n], vec![0.5; n]);
     for _ in 0..500 {

@@ -69,7 +69,7 @@ fn a_loaded_arm_stays_to_the_last_bit_and_releases_at_the_bound() {
     assert!(weight.iter().any(|w| w.abs() > 0.1), "nothing to hold: {weight:?}");
     // Torques that leave gravity all but a part of the bound.
     for (part, moves) in [(0.0, false), (0.999_999, false), (1.000_001, true)] {
-        let mut simulator = Simulator::new(&model, 2e-3, 2, Stops::Rigid);
+        let mut simulator = Simulator::new(&model, 2e-3, 2, EndStops::Rigid);
         let (mut q, mut dq) = (start.to_vec(), vec![0.0; 3]);
         let tau = [weight[0] + part * friction, weight[1] - 0.5 * friction, weight[2] + 0.3 * friction];
         for _ in 0..1000 {
@@ -85,7 +85,7 @@ fn a_loaded_arm_stays_to_the_last_bit_and_releases_at_the_bound() {
 #[test]
 fn friction_takes_energy_and_brings_the_arm_to_rest() {
     let model = rubbing(0.2, 0.02);
-    let mut simulator = Simulator::new(&model, 1e-3, 1, Stops::None);
+    let mut simulator = Simulator::new(&model, 1e-3, 1, EndStops::None);
     let (mut q, mut dq) = (vec![0.5, -0.4, 0.9], vec![2.0, -1.0, 3.0]);
     let mut last = energy(&model, &q, &dq);
     for _ in 0..20_000 {
@@ -107,7 +107,7 @@ fn friction_is_coulombs_law() {
     let text = std::fs::read_to_string(hysteron_arm_fixtures::robots::file("scara")).unwrap();
     let text = text.replacen("</joint>", "<dynamics friction=\"0.5\"/></joint>", 1);
     let model = Model::from_urdf(&text, "scara").unwrap().with_locked(&[("joint_2", 0.0)]).unwrap();
-    let mut simulator = Simulator::new(&model, 1e-3, 1, Stops::Rigid);
+    let mut simulator = Simulator::new(&model, 1e-3, 1, EndStops::Rigid);
     let (mut q, mut dq) = (vec![0.0], vec![1.0]);
     let mut expected = 1.0;
     for _ in 0..3000 {
@@ -121,7 +121,7 @@ fn friction_is_coulombs_law() {
 #[test]
 fn joints_stop_at_the_ends_of_their_ranges() {
     let model = arm();
-    let mut simulator = Simulator::new(&model, 1e-3, 1, Stops::Rigid);
+    let mut simulator = Simulator::new(&model, 1e-3, 1, EndStops::Rigid);
     let (mut q, mut dq) = (vec![0.1, 0.0, 0.0], vec![0.0; 3]);
     for _ in 0..20_000 {
         simulator.step([&mut q, &mut dq], &[0.0; 3], &[]);
@@ -161,7 +161,7 @@ pub fn gripper(friction: f64) -> Model {
 #[test]
 fn a_follower_moves_with_its_leader_and_takes_part_in_the_energy() {
     let model = gripper(0.0);
-    let mut simulator = Simulator::new(&model, 1e-3, 4, Stops::None);
+    let mut simulator = Simulator::new(&model, 1e-3, 4, EndStops::None);
     let (mut q, mut dq) = (vec![0.7, 0.01, 9.0], vec![1.5, -0.2, 0.0]);
     let torque = [0.1, 0.8, -0.3];
     simulator.step([&mut q, &mut dq], &torque, &[]);
@@ -205,7 +205,7 @@ fn lagranges_equations_of_the_coupled_gripper() {
         dq[0] + h * (a[1][1] * b[0] - a[0][1] * b[1]) / determinant,
         dq[1] + h * (a[0][0] * b[1] - a[1][0] * b[0]) / determinant,
     ];
-    Simulator::new(&model, h, 1, Stops::Rigid).step([&mut q, &mut dq], &tau, &[]);
+    Simulator::new(&model, h, 1, EndStops::Rigid).step([&mut q, &mut dq], &tau, &[]);
     for u in 0..2 {
         assert!((dq[u] - expected[u]).abs() < 1e-13, "{dq:?} {expected:?}");
     }
@@ -219,7 +219,7 @@ fn friction_and_range_of_a_follower_hold_its_leader() {
     gravity_torque(&model, &mut Data::new(&model, 0.0), &start, &mut weight);
     // The leader's own friction, and that of its follower at twice the speed: 0.5 + 2 * 0.5 N.
     for (force, moves) in [(1.499_999, false), (1.500_001, true)] {
-        let mut simulator = Simulator::new(&model, 1e-3, 1, Stops::Rigid);
+        let mut simulator = Simulator::new(&model, 1e-3, 1, EndStops::Rigid);
         let (mut q, mut dq) = (start.to_vec(), vec![0.0; 3]);
         for _ in 0..100 {
             simulator.step([&mut q, &mut dq], &[weight[0], weight[1] + force, weight[2]], &[]);
@@ -227,7 +227,7 @@ fn friction_and_range_of_a_follower_hold_its_leader() {
         assert_eq!(q[1] != start[1], moves, "{force}: {q:?}");
     }
     // The follower ends at -0.02 m: its leader at 0.0125 m, before the end of its own range.
-    let mut simulator = Simulator::new(&model, 1e-3, 1, Stops::Rigid);
+    let mut simulator = Simulator::new(&model, 1e-3, 1, EndStops::Rigid);
     let (mut q, mut dq) = (start.to_vec(), vec![0.0; 3]);
     for _ in 0..2000 {
         simulator.step([&mut q, &mut dq], &[weight[0], 20.0, 0.0], &[]);

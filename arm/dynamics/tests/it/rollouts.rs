@@ -72,7 +72,7 @@ impl Case {
         let model = gripper(0.0);
         let frame = model.frame("right").unwrap();
         let start = |i| [0.7, 0.01, 0.3, 1.5, -0.2, 0.7][i];
-        let integrator = Integrator::WithFriction(Stops::Rigid);
+        let integrator = Integrator::WithFriction(EndStops::Rigid);
         Self { model, integrator, substeps: 2, frame, start, dry_friction: 0.4, load_friction, torque: 3.0 }
     }
 
@@ -248,13 +248,13 @@ fn many(integrator: Integrator) -> (Model, usize, [Vec<f64>; 6]) {
 
 const MANY_STEPS: usize = 20;
 
-fn rollouts(model: &Model, frame: usize, isa: Isa, integrator: Integrator) -> Rollouts<'_> {
-    Rollouts { model, integrator, period: (0.01, 4), n_steps: MANY_STEPS, frames: vec![frame], isa }
+fn rollouts(model: &Model, frame: usize, isa: Isa, integrator: Integrator) -> ArmRollouts<'_> {
+    ArmRollouts { model, integrator, period: (0.01, 4), n_steps: MANY_STEPS, frames: vec![frame], isa }
 }
 
 #[test]
 fn rollouts_in_lanes_are_those_of_one_arm_after_the_other() {
-    let with_friction = Integrator::WithFriction(Stops::Rigid);
+    let with_friction = Integrator::WithFriction(EndStops::Rigid);
     let smooth = [Integrator::SemiImplicitEuler, Integrator::RungeKutta4].into_iter().cycle();
     let cases =
         Isa::all().into_iter().zip(smooth).chain(Isa::all().into_iter().map(|isa| (isa, with_friction)));
@@ -329,7 +329,7 @@ fn rollouts_in_lanes_are_those_of_one_arm_after_the_other() {
 
 #[test]
 fn rollouts_are_the_same_bytes_on_any_number_of_threads() {
-    for integrator in [Integrator::SemiImplicitEuler, Integrator::WithFriction(Stops::Rigid)] {
+    for integrator in [Integrator::SemiImplicitEuler, Integrator::WithFriction(EndStops::Rigid)] {
         are_the_same_bytes_on_any_number_of_threads(integrator);
     }
 }

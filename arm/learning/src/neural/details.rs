@@ -1,4 +1,4 @@
-//! What the file of an actuator says of its training, and the baselines that were fitted with it.
+//! Training metadata in the file of an actuator, and the baselines that were fitted with it.
 
 use hysteron_arm_estimation::servo_force::BaselineObservers;
 use hysteron_learn::{Provenance, options_of_this_version};
@@ -47,7 +47,7 @@ pub struct ActuatorDetails {
     /// Of every epoch in the loop, the error in training and in validation.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub curve: Vec<[f64; 2]>,
-    /// What recordings were left out by.
+    /// Criterion by which recordings were left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub left_out: Option<Vec<String>>,
     /// Recordings that it was adapted to.

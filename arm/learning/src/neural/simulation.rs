@@ -10,7 +10,7 @@ use super::drive_model::DriveModel;
 use super::features::FeatureLayout;
 use super::motors::Motors;
 use super::servo::RolloutServo;
-use hysteron_arm_dynamics::{Integrator, JointKind, Model, RolloutInputs, Rollouts, Stops};
+use hysteron_arm_dynamics::{ArmRollouts, EndStops, Integrator, JointKind, Model, RolloutInputs};
 use hysteron_arm_estimation::servo_force::TIP;
 
 /// Step, damping and limits of the simulation in training.
@@ -248,13 +248,13 @@ impl ArmSimulation {
         }
     }
 
-    fn rollouts(&self) -> Rollouts<'_> {
+    fn rollouts(&self) -> ArmRollouts<'_> {
         let creeps = |mover: DriveModel<'_>| matches!(mover, DriveModel::Servo(servo) if !servo.holds);
         let integrator = match self.options.mover() {
-            Some(mover) if !creeps(mover) => Integrator::WithFriction(Stops::None),
+            Some(mover) if !creeps(mover) => Integrator::WithFriction(EndStops::None),
             _ => Integrator::SemiImplicitEuler,
         };
-        Rollouts {
+        ArmRollouts {
             model: &self.model,
             integrator,
             period: self.held(),

@@ -1,6 +1,6 @@
 //! Learned models where dynamics from a file would stand: their balance of momentum, an observer, a controller.
 
-use hysteron_arm_dynamics::{Data, Model, Simulator, Stops, forward_dynamics};
+use hysteron_arm_dynamics::{Data, EndStops, Model, Simulator, forward_dynamics};
 use hysteron_arm_estimation::ComputedTorque;
 use hysteron_arm_estimation::observer::{
     ArmSample, Dynamics, FrictionModel, MomentumObserver, Observer, RigidBody,
@@ -141,7 +141,7 @@ fn computed_torques_of_a_learned_arm_hold_the_true_arm_on_its_way() {
     let period = 2e-3;
     // Largest error over the last two seconds of three, in every joint, with these dynamics in the controller.
     let follow = |control: Control<'_>| {
-        let mut simulator = Simulator::new(&model, period, 4, Stops::None);
+        let mut simulator = Simulator::new(&model, period, 4, EndStops::None);
         let [mut q, mut dq, _] = motion(0.0);
         let mut largest: f64 = 0.0;
         for step in 0..1500 {

@@ -20,7 +20,7 @@ pub use bam::POSITION_GAIN;
 pub use columns::ColumnMap;
 use std::path::{Path, PathBuf};
 
-/// What an import makes of a table, over its numbers: rows taken out, channels in SI, channels at a fixed rate [-].
+/// Results of an import over the numbers of its table: rows taken out, channels in SI, channels at a fixed rate [-].
 const COPIES: f64 = 3.0;
 /// Most episodes of a file.
 const MAX_EPISODES: usize = 10_000;

@@ -3,7 +3,7 @@
 //! Bounds are checked on the typed numbers, so a message shows what stands in the file and in its unit.
 
 use super::{
-    AuxiliaryLayout, Bounds, Friction, Material, PointForce, Region, Scene, Solver, Tendon, Tip,
+    AuxiliaryLayout, Bounds, Friction, Material, PointForce, Region, Scene, Solver, Tendon, TipDefinition,
     TrackerFrame, schema,
 };
 use crate::BadInput;
@@ -113,10 +113,10 @@ fn clamp(typed: schema::Clamp) -> Check<Region> {
     }
 }
 
-fn tip(typed: schema::TipTable) -> Check<Tip> {
+fn tip(typed: schema::TipTable) -> Check<TipDefinition> {
     match (typed.group, typed.point_mm) {
-        (Some(group), None) => Ok(Tip::Group(text("tip.group", group)?)),
-        (None, Some(point)) => Ok(Tip::Point(vector_within("tip.point_mm", point, LONGEST)?)),
+        (Some(group), None) => Ok(TipDefinition::Group(text("tip.group", group)?)),
+        (None, Some(point)) => Ok(TipDefinition::Point(vector_within("tip.point_mm", point, LONGEST)?)),
         (None, None) => Err(BadInput::new("tip", "either group or point_mm", "neither")),
         (Some(_), Some(_)) => Err(BadInput::new("tip", "either group or point_mm", "both")),
     }

@@ -37,7 +37,7 @@ pub struct Scene {
     /// Constant forces.
     pub point_forces: Vec<PointForce>,
     /// Definition of the point reported as the tip.
-    pub tip: Tip,
+    pub tip: TipDefinition,
     /// Frame in which the tip is recorded.
     pub tracker: TrackerFrame,
     /// Primary tendons, with different names.
@@ -66,7 +66,7 @@ pub enum Region {
 
 /// Where the tip is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub enum Tip {
+pub enum TipDefinition {
     /// Mean of the nodes of a physical group.
     Group(String),
     /// A point of the body at rest [m].

@@ -113,7 +113,7 @@ fn example_is_read_into_si() {
     );
     assert_eq!(scene.gravity, [0.0, 0.0, -9.81]);
     assert_eq!(scene.point_forces, [PointForce { at: [0.0, 0.0, 0.08], force: [0.1, 0.0, 0.0] }]);
-    assert_eq!(scene.tip, Tip::Group("tip".into()));
+    assert_eq!(scene.tip, TipDefinition::Group("tip".into()));
     assert_eq!(scene.tracker, TrackerFrame::default());
     assert_eq!(scene.tendons.len(), 2);
     assert_eq!(
@@ -241,7 +241,7 @@ fn clamp_may_be_a_box_and_tip_a_point() {
         .replace("group = \"tip\"", "point_mm = [0, 0, 80]");
     let scene = read(&text).unwrap();
     assert_eq!(scene.clamp, Region::Box { min: [-0.007, -0.007, -0.0005], max: [0.007, 0.007, 0.0005] });
-    assert_eq!(scene.tip, Tip::Point([0.0, 0.0, 0.08]));
+    assert_eq!(scene.tip, TipDefinition::Point([0.0, 0.0, 0.08]));
 }
 
 #[test]

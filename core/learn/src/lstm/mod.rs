@@ -21,5 +21,5 @@ pub use backprop::{Backprop, PlacedNetwork, Updates};
 pub use batch::{HeadOutputs, Memory, SequenceBatch};
 pub use ensemble::Member;
 pub use network::Network;
-pub use runner::Runner;
+pub use runner::NetworkRunner;
 pub use trainer::Trainer;

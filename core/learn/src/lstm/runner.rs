@@ -20,7 +20,7 @@ struct LstmRunnerLayer {
 /// Steps as [`crate::Backprop::predict`] does for one row, to the round-off of `f32`; with [`WeightFormat::Int16`], to that of
 /// its weights.
 #[derive(Debug, Clone)]
-pub struct Runner {
+pub struct NetworkRunner {
     inputs: usize,
     hidden: usize,
     layers: Vec<LstmRunnerLayer>,
@@ -37,13 +37,13 @@ pub struct Runner {
     n_outputs: usize,
 }
 
-impl Runner {
+impl NetworkRunner {
     /// A runner with nothing remembered and weights as they were trained. Dropout does not act.
     pub fn new(network: &Network) -> Self {
         Self::with_weights(network, WeightFormat::Float32)
     }
 
-    /// As [`Runner::new`], with weights in another format.
+    /// As [`NetworkRunner::new`], with weights in another format.
     pub fn with_weights(network: &Network, format: WeightFormat) -> Self {
         let architecture = network.architecture();
         let hidden = architecture.hidden;

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::{Network, Normaliser, Runner, WeightFormat};
+use crate::{Network, NetworkRunner, Normaliser, WeightFormat};
 
 /// Part of a training range by which inputs may leave it before they count as extrapolation.
 pub const RANGE_MARGIN: f64 = 0.02;
@@ -15,7 +15,7 @@ const OUTPUT_MAX: f32 = 1.25;
 pub struct Predictor<'a> {
     inputs: &'a Normaliser,
     outputs: &'a Normaliser,
-    runner: Runner,
+    runner: NetworkRunner,
     /// Normalised inputs of the samples that a sliding window reaches back to, oldest first; none of a recurrent network.
     window: Option<VecDeque<Vec<f32>>>,
     normalised: Vec<f32>,
@@ -30,7 +30,7 @@ impl<'a> Predictor<'a> {
         format: WeightFormat,
     ) -> Self {
         Self {
-            runner: Runner::with_weights(network, format),
+            runner: NetworkRunner::with_weights(network, format),
             window: None,
             normalised: vec![0.0; inputs.channels.len()],
             bounded: vec![0.0; outputs.channels.len()],

@@ -1,8 +1,8 @@
 //! A runner and a sequence are the same network.
 
 use hysteron_learn::{
-    Adam, Architecture, ChannelRange, HeadActivation, HeadOutputs, Memory, Network, Normaliser, Runner,
-    SequenceBatch, Trainer, WeightFormat,
+    Adam, Architecture, ChannelRange, HeadActivation, HeadOutputs, Memory, Network, NetworkRunner,
+    Normaliser, SequenceBatch, Trainer, WeightFormat,
 };
 
 use super::{architecture, uniform};
@@ -19,7 +19,7 @@ fn runner_steps_as_the_sequence_does() {
         let network = Network::new(&architecture, 3).unwrap();
         let inputs = uniform("inputs", 40 * 3);
         let batch = SequenceBatch { inputs: &inputs, steps: 40, rows: 1, outputs: HeadOutputs::All };
-        let mut runner = Runner::new(&network);
+        let mut runner = NetworkRunner::new(&network);
         let trainer = Trainer::new(network, Adam::default(), 0).unwrap();
         let expected = trainer.predict(&batch, &mut Memory::zeros(&architecture, 1)).unwrap();
         for _ in 0..2 {
@@ -42,8 +42,8 @@ fn weights_are_kept_in_sixteen_bits_where_that_is_asked_for_and_only_there() {
     assert!(4 * network.n_parameters() > 1 << 20);
     let inputs = uniform("inputs", 400 * 3);
     let batch = SequenceBatch { inputs: &inputs, steps: 400, rows: 1, outputs: HeadOutputs::All };
-    let runners =
-        [WeightFormat::Float32, WeightFormat::Int16].map(|format| Runner::with_weights(&network, format));
+    let runners = [WeightFormat::Float32, WeightFormat::Int16]
+        .map(|format| NetworkRunner::with_weights(&network, format));
     let trainer = Trainer::new(network, Adam::default(), 0).unwrap();
     let expected = trainer.predict(&batch, &mut Memory::zeros(&architecture, 1)).unwrap();
     let [single, short] = runners.map(|mut runner| {
@@ -104,7 +104,7 @@ fn joined_networks_give_the_mean_of_their_outputs() {
     let joined = Network::mean_of(&members).unwrap();
     assert_eq!(joined.architecture().hidden, 33);
     let (mut joined, mut runners) =
-        (Runner::new(&joined), members.iter().map(Runner::new).collect::<Vec<Runner>>());
+        (NetworkRunner::new(&joined), members.iter().map(NetworkRunner::new).collect::<Vec<NetworkRunner>>());
     for input in uniform("inputs", 40 * 3).chunks(3) {
         let mut mean = [0.0f32; 2];
         for runner in &mut runners {
@@ -137,14 +137,14 @@ fn a_network_for_other_ranges_is_the_same_function() {
     let architecture = Architecture { head: HeadActivation::Linear, ..architecture(11, 2, 0.0) };
     let network = Network::new(&architecture, 5).unwrap();
     let moved = network.for_ranges([&own[0], &own[1]], [&union[0], &union[1]]).unwrap();
-    let step = |runner: &mut Runner, [inputs, outputs]: &[Normaliser; 2], values: &[f64]| {
+    let step = |runner: &mut NetworkRunner, [inputs, outputs]: &[Normaliser; 2], values: &[f64]| {
         let mut normalised = [0.0; 3];
         inputs.normalise_into(values, &mut normalised);
         let mut found = [0.0; 2];
         outputs.restore_into(runner.step(&normalised), &mut found);
         found
     };
-    let (mut here, mut there) = (Runner::new(&network), Runner::new(&moved));
+    let (mut here, mut there) = (NetworkRunner::new(&network), NetworkRunner::new(&moved));
     for values in uniform("values", 40 * 3).chunks(3) {
         let values: Vec<f64> = values.iter().map(|v| f64::from(*v)).collect();
         let [a, b] = [step(&mut here, &own, &values), step(&mut there, &union, &values)];

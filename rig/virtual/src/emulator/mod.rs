@@ -98,14 +98,14 @@ impl<W> EmulatorState<W> {
 
 /// Servos that run on a thread of their own. Dropping it stops them and removes the port.
 #[derive(Debug)]
-pub struct Emulator<W = World> {
+pub struct ServoEmulator<W = World> {
     link: PathBuf,
     shared: Arc<EmulatorState<W>>,
     faults: Sender<BusFault>,
     thread: Option<std::thread::JoinHandle<()>>,
 }
 
-impl<W: ServoWorld + 'static> Emulator<W> {
+impl<W: ServoWorld + 'static> ServoEmulator<W> {
     /// Puts the servos of a world on a port, in real time from now on.
     ///
     /// # Errors
@@ -184,7 +184,7 @@ impl<W: ServoWorld + 'static> Emulator<W> {
     }
 }
 
-impl Emulator {
+impl ServoEmulator {
     /// Serves the poses of the world's tracker, with the faults that are at work; also returns where.
     ///
     /// # Errors
@@ -206,7 +206,7 @@ impl Emulator {
     }
 }
 
-impl<W> Drop for Emulator<W> {
+impl<W> Drop for ServoEmulator<W> {
     fn drop(&mut self) {
         self.shared.is_stopped.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {

@@ -9,7 +9,7 @@ use super::equilibrium::StepReport;
 use super::robot::VirtualRobot;
 use super::sensor::{TrackedPose, VirtualTracker};
 use hysteron_actuator::{
-    DriveLoad, Gains, Play, Servo, ServoCommand, ServoSpec, Stribeck, TendonModel, TendonSpec,
+    DriveLoad, Gains, Play, ServoCommand, ServoSimulation, ServoSpec, Stribeck, TendonModel, TendonSpec,
 };
 use hysteron_base::rng;
 use hysteron_rig::{Pose, Quality};
@@ -52,7 +52,7 @@ pub struct World {
     /// Part of a tick that has been asked for and not gone yet [s].
     rest: f64,
     commands: Vec<ServoCommand>,
-    servos: Vec<Servo>,
+    servos: Vec<ServoSimulation>,
     /// Torque of whoever holds a pulley (n_servos) [N m].
     disturbances: Vec<f64>,
     robot: Option<RigRobot>,
@@ -90,12 +90,12 @@ impl World {
         let zeros: Vec<f64> = (0..n).map(|_| angles.random_range(0.0..TAU)).collect();
         let mut drive = robot.servos.spec.drive();
         drive.supply.voltage = robot.servos.supply;
-        let servos = zeros.iter().map(|&angle| Servo::new(drive.clone(), angle)).collect();
+        let servos = zeros.iter().map(|&angle| ServoSimulation::new(drive.clone(), angle)).collect();
         Self { robot: Some(RigRobot::new(robot, zeros, seed)), ..Self::of(servos) }
     }
 
     /// Servos with nothing on their pulleys.
-    fn of(servos: Vec<Servo>) -> Self {
+    fn of(servos: Vec<ServoSimulation>) -> Self {
         Self {
             ticks: 0,
             rest: 0.0,
@@ -122,7 +122,7 @@ impl World {
         };
         let mut drive = spec.drive();
         drive.supply.voltage = 12.0;
-        Self::of(vec![Servo::new(drive, PI); n])
+        Self::of(vec![ServoSimulation::new(drive, PI); n])
     }
 
     /// Seconds since power-on [s].
@@ -141,7 +141,7 @@ impl World {
     }
 
     /// State of servo `k`.
-    pub fn servo(&self, k: usize) -> &Servo {
+    pub fn servo(&self, k: usize) -> &ServoSimulation {
         &self.servos[k]
     }
 
@@ -277,9 +277,12 @@ impl World {
 }
 
 /// As after power-on.
-fn commands(servos: &[Servo]) -> Vec<ServoCommand> {
-    let command =
-        |servo: &Servo| ServoCommand { goal: servo.ticks(), gains: Gains::XL430, ..ServoCommand::POWER_ON };
+fn commands(servos: &[ServoSimulation]) -> Vec<ServoCommand> {
+    let command = |servo: &ServoSimulation| ServoCommand {
+        goal: servo.ticks(),
+        gains: Gains::XL430,
+        ..ServoCommand::POWER_ON
+    };
     servos.iter().map(command).collect()
 }
 
@@ -350,7 +353,7 @@ impl RigRobot {
     }
 
     /// Balances the body at the servos' present angles.
-    fn balance(&mut self, servos: &[Servo], time: f64) {
+    fn balance(&mut self, servos: &[ServoSimulation], time: f64) {
         for (k, servo) in servos.iter().enumerate() {
             let turned = self.arms[k] * (servo.state.angle - self.zeros[k]);
             self.pulled[k] = self.plays[k].follow(turned) - self.slack[k];

@@ -6,7 +6,7 @@ use hysteron_rig::session::{events_path, journal_path};
 use hysteron_rig::teleoperation::{
     ARMS_FILE, ArmPair, ArmsConfig, ArmsOutcome, ArmsRecording, Estimates, channel_names,
 };
-use hysteron_virtual_rig::emulator::{BusFault, Emulator, FaultKind, Options, ServoWorld, Timing};
+use hysteron_virtual_rig::emulator::{BusFault, FaultKind, Options, ServoEmulator, ServoWorld, Timing};
 use hysteron_virtual_rig::virtual_arm::{HeldLeader, VirtualArm, VirtualFollower, data_set};
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -25,8 +25,8 @@ const PATIENT: [(&str, &str); 3] = [
 
 /// Both arms on emulated ports.
 struct Bench {
-    follower: Emulator<VirtualFollower>,
-    leader: Emulator<HeldLeader>,
+    follower: ServoEmulator<VirtualFollower>,
+    leader: ServoEmulator<HeldLeader>,
     config: ArmsConfig,
     /// The same leader, to ask where it was.
     hand: HeldLeader,
@@ -47,8 +47,8 @@ impl Bench {
         };
         let both = || arm.arms(&trial, 3, TRAJECTORY, BEGINS);
         let ((leader, follower), (hand, _)) = (both(), both());
-        let leader = Emulator::start(leader, options("leader", 1)).unwrap();
-        let follower = Emulator::start(follower, options("follower", 11)).unwrap();
+        let leader = ServoEmulator::start(leader, options("leader", 1)).unwrap();
+        let follower = ServoEmulator::start(follower, options("follower", 11)).unwrap();
         let text = PATIENT.iter().fold(ARMS_FILE.to_owned(), |text, (from, to)| {
             assert!(text.contains(from));
             text.replace(from, to)

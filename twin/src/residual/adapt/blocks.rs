@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::motion::Motion;
+use crate::motion::RobotMotion;
 
 /// Fewest motions that are blocks as they are; fewer are cut.
 const MIN_WHOLE: usize = 3;
@@ -20,8 +20,8 @@ pub(super) struct MotionBlock {
 }
 
 /// Whole motions, or blocks of them where there are few.
-pub(super) fn blocks(motions: &[Motion]) -> Vec<MotionBlock> {
-    let pieces = |(motion, of): (usize, &Motion)| {
+pub(super) fn blocks(motions: &[RobotMotion]) -> Vec<MotionBlock> {
+    let pieces = |(motion, of): (usize, &RobotMotion)| {
         let n = of.len();
         let most = (n as f64 * of.step / SHORTEST_S) as usize;
         let count = if motions.len() >= MIN_WHOLE { 1 } else { (PIECES / motions.len()).min(most).max(1) };

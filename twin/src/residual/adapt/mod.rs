@@ -22,7 +22,7 @@ use super::{AdaptOptions, Adaptation, ResidualDesign, ResidualModel, RobotChange
 use crate::Result;
 use crate::coreact::AuxiliaryLimits;
 use crate::model::Twin;
-use crate::motion::Motion;
+use crate::motion::RobotMotion;
 use blocks::{MotionBlock, blocks};
 use ridge::GaussNewtonSystem;
 use rollout_errors::{RolloutErrors, RolloutTask, TwinWithNetwork};
@@ -112,7 +112,7 @@ pub fn adapt(
     twin: &Twin,
     auxiliary: &AuxiliaryLimits,
     model: &ResidualModel,
-    motions: &[Motion],
+    motions: &[RobotMotion],
     options: &AdaptOptions,
     on_sample: &(dyn Fn() -> bool + Sync),
 ) -> Result<Option<Adapted>> {
@@ -123,8 +123,8 @@ pub fn adapt(
 }
 
 /// Samples of rollouts that [`adapt`] makes at most.
-pub fn n_samples(twin: &Twin, motions: &[Motion]) -> usize {
-    let all: usize = motions.iter().map(Motion::len).sum();
+pub fn n_samples(twin: &Twin, motions: &[RobotMotion]) -> usize {
+    let all: usize = motions.iter().map(RobotMotion::len).sum();
     let parameters = twin.n_primary + 1 + usize::from(!twin.friction.is_empty());
     // The model as it is, a difference for each parameter, the test blocks (each motion up to its end at
     // most), the rounds of the fit to all.

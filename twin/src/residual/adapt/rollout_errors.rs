@@ -5,7 +5,7 @@ use hysteron_base::parallel;
 use crate::Result;
 use crate::coreact::AuxiliaryLimits;
 use crate::model::Twin;
-use crate::motion::Motion;
+use crate::motion::RobotMotion;
 use crate::plant::Plant;
 use crate::residual::{CorrectedRollout, ResidualModel, RobotChange};
 
@@ -35,7 +35,7 @@ pub(super) struct TwinWithNetwork<'a> {
     pub twin: &'a Twin,
     pub auxiliary: &'a AuxiliaryLimits,
     pub model: &'a ResidualModel,
-    pub motions: &'a [Motion],
+    pub motions: &'a [RobotMotion],
     /// Called after every sample; ends the rollouts where it returns false.
     pub on_sample: &'a (dyn Fn() -> bool + Sync),
 }

@@ -43,7 +43,7 @@ mod tests {
 
     #[test]
     fn recordings_of_random_plans_are_as_long_as_they_say() -> anyhow::Result<()> {
-        let plan = hysteron_control::Plan::from_toml(&random_plan(8), "random")?;
+        let plan = hysteron_control::MotionPlan::from_toml(&random_plan(8), "random")?;
         assert_eq!(plan.trajectories().len(), 8);
         for trajectory in plan.trajectories() {
             assert!((trajectory.duration() - RANDOM_S).abs() < 0.02, "{}", trajectory.duration());

@@ -109,15 +109,15 @@ pub(super) fn synthetic_plan() -> String {
 #[cfg(test)]
 mod tests {
     use hysteron_base::Scene;
-    use hysteron_control::Plan;
+    use hysteron_control::MotionPlan;
 
     use super::*;
 
     #[test]
     fn plans_are_valid_and_the_nominal_scene_knows_no_robot() {
-        let plan = Plan::from_toml(&recorded_plan(), "plan").expect("a good plan");
+        let plan = MotionPlan::from_toml(&recorded_plan(), "plan").expect("a good plan");
         assert_eq!(plan.trajectories().len(), TRAJECTORIES.len());
-        Plan::from_toml(&synthetic_plan(), "plan").expect("a good plan");
+        MotionPlan::from_toml(&synthetic_plan(), "plan").expect("a good plan");
         let meshes = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../meshes/tpu80");
         let text = std::fs::read_to_string(meshes.join(FRICTION.1)).expect("a scene");
         let text = NOMINAL.iter().fold(text, |text, (from, to)| {

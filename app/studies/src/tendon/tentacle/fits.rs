@@ -195,7 +195,7 @@ pub fn run(bench: &Bench, context: &Context) -> Result<(Vec<Setup>, Vec<Paramete
 }
 
 impl FittedValue {
-    fn of(estimate: &hysteron_twin::fit::Estimate) -> Self {
+    fn of(estimate: &hysteron_twin::fit::IdentifiedParameter) -> Self {
         Self {
             name: estimate.name.clone(),
             start: estimate.start,

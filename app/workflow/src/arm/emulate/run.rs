@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use hysteron_base::{BadInput, Lock, file};
 use hysteron_rig::teleoperation::ARMS_FILE;
-use hysteron_virtual_rig::emulator::{Emulator, Faults, Options as EmulatorOptions, TORQUE_LOG, Timing};
+use hysteron_virtual_rig::emulator::{Faults, Options as EmulatorOptions, ServoEmulator, TORQUE_LOG, Timing};
 use hysteron_virtual_rig::virtual_arm::{JointFault, N_SERVOS, data_set, fault_set};
 
 use super::outcome::PortCounts;
@@ -49,8 +49,8 @@ fn emulate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let _folder = Lock::folder(&options.dir)?;
     let path = arms_file(&options.dir)?;
     context.listen();
-    let leader = Emulator::start(leader, leads)?;
-    let follower = Emulator::start(follower, follows)?;
+    let leader = ServoEmulator::start(leader, leads)?;
+    let follower = ServoEmulator::start(follower, follows)?;
     file::write_bytes(&path, patient_arms_file())?;
     for (name, emulator) in [("leader", leader.servo_port()), ("follower", follower.servo_port())] {
         context.print(format_args!("{name} at {}, 1000000 baud", emulator.display()));

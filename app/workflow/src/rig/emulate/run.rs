@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use hysteron_base::{BadInput, Lock};
 use hysteron_virtual_rig::emulator::{
-    DeviceClock, Emulator, FAULTS_LOG, Faults, Format, Options as EmulatorOptions, PoseDelivery,
-    PoseServerSettings, TORQUE_LOG, Timing, TrafficCounts,
+    DeviceClock, FAULTS_LOG, Faults, Format, Options as EmulatorOptions, PoseDelivery, PoseServerSettings,
+    ServoEmulator, TORQUE_LOG, Timing, TrafficCounts,
 };
 use hysteron_virtual_rig::virtual_rig::{VirtualRobot, World};
 
@@ -45,7 +45,7 @@ fn emulate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     rig_file::check(&options.dir, &robot)?;
     context.listen();
     let n_servos = world.n_servos();
-    let emulator = Emulator::start(world, setting)?;
+    let emulator = ServoEmulator::start(world, setting)?;
     let (_poses, tracker) = serve_poses(options, &emulator)?;
     let rig_file = rig_file::write(options, &robot, tracker)?;
 
@@ -79,7 +79,7 @@ fn robot(options: &Options) -> anyhow::Result<VirtualRobot> {
 }
 
 /// Puts the tracker of the virtual rig on its port.
-fn serve_poses(options: &Options, emulator: &Emulator) -> anyhow::Result<(PoseDelivery, SocketAddr)> {
+fn serve_poses(options: &Options, emulator: &ServoEmulator) -> anyhow::Result<(PoseDelivery, SocketAddr)> {
     let clock = DeviceClock { offset: TRACKER_OFFSET, drift: TRACKER_DRIFT };
     let (port, device) = (options.port_tracker, TRACKER_DEVICE.to_owned());
     Ok(emulator.serve_poses(PoseServerSettings { port, device, clock, format: Format::Transform })?)

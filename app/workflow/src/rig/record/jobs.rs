@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, Bounds, Channel, Recording};
-use hysteron_control::{Plan, StrokeLimits};
+use hysteron_control::{MotionPlan, StrokeLimits};
 use hysteron_rig::config::RigConfig;
 
 use super::options::Options;
@@ -45,7 +45,7 @@ pub struct Work {
 type Done = (Job, Recording);
 
 /// Refuses a plan that would pass a limit of the rig, before anything moves.
-pub fn check_against_rig(plan: &Plan, source: &Source) -> anyhow::Result<()> {
+pub fn check_against_rig(plan: &MotionPlan, source: &Source) -> anyhow::Result<()> {
     let rig = source.rig();
     let angles: Vec<f64> = rig.tendons.iter().map(|tendon| tendon.angle).collect();
     plan::check_tendons(plan, &angles, &format!("rig \"{}\"", rig.name))?;

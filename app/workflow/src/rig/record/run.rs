@@ -120,7 +120,7 @@ impl<'a> RecordingPlan<'a> {
         Ok(figures)
     }
 
-    /// What a recording of this session has in its metadata.
+    /// Metadata of a recording of this session.
     fn identity(&self, calibration: Option<&RigCalibration>) -> Vec<(&'static str, String)> {
         let mut identity = self.source.identity(self.options.seed, calibration);
         identity.extend(self.tip_force.iter().map(|force| (tip_force::KEY, force.hash.clone())));

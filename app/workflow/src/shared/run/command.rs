@@ -102,7 +102,7 @@ impl<'a> Command<'a> {
         Ok(command)
     }
 
-    /// What every tendon is told in sample `row` (n_tendons).
+    /// Targets of all tendons in sample `row` (n_tendons).
     pub fn targets(&self, row: usize) -> Vec<Target> {
         let target = |course: &Course| match course {
             Course::Strokes(values) => Target::Stroke(values[row]),

@@ -61,7 +61,7 @@ impl RunInput {
         Ok(Self { task, path: path.to_owned(), samples, sha256 })
     }
 
-    /// What every tendon of `twin` is told in each sample.
+    /// Targets of all tendons of `twin`, sample by sample.
     ///
     /// # Errors
     /// `BadInput` where a channel is missing or a value out of its bounds.

@@ -1,4 +1,4 @@
-//! What is kept of a run that does not come to its end, and how another one goes on from it.
+//! Partial files of a run that does not come to its end, and resuming from them.
 
 use std::path::{Path, PathBuf};
 

@@ -15,7 +15,7 @@ use crate::Context;
 pub struct RunState {
     /// Equilibrium of the last sample.
     pub twin: TwinState,
-    /// What was recorded so far.
+    /// The recording so far.
     pub trace: Trace,
     /// Cost and accuracy so far.
     pub summary: RunSummary,

@@ -4,7 +4,7 @@ use hysteron_base::Scene;
 use hysteron_base::checks::Purpose;
 use hysteron_report::page::write_metrics;
 use hysteron_twin::residual::{AdaptOptions, adapt, n_samples};
-use hysteron_twin::{Motion, Twin};
+use hysteron_twin::{RobotMotion, Twin};
 
 use super::options::Options;
 use super::outcome::{HeldOutError, Outcome, words};
@@ -30,7 +30,9 @@ fn adapt_network(options: &Options, context: &Context) -> anyhow::Result<Outcome
     let inputs = inputs::read(&options.recordings)?;
     let motions = inputs
         .iter()
-        .map(|input| Motion::for_identification(&twin, &input.recording, &input.path.display().to_string()))
+        .map(|input| {
+            RobotMotion::for_identification(&twin, &input.recording, &input.path.display().to_string())
+        })
         .collect::<Result<Vec<_>, _>>()?;
     for motion in &motions {
         network.rollout(&twin, motion.step).map_err(|bad| bad.within(&motion.name))?;

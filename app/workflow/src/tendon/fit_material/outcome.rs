@@ -2,7 +2,7 @@
 
 use hysteron_base::checks::Warning;
 use hysteron_report::verdict::Verdict;
-use hysteron_twin::fit::{Estimate, Identifiability, Selected};
+use hysteron_twin::fit::{Identifiability, IdentifiedParameter, Selected};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -109,7 +109,7 @@ impl crate::shared::outcome::Outcome for Outcome {
 }
 
 impl FittedParameter {
-    fn new(selected: &Selected, estimate: &Estimate) -> Self {
+    fn new(selected: &Selected, estimate: &IdentifiedParameter) -> Self {
         Self {
             name: estimate.name.clone(),
             start: estimate.start,

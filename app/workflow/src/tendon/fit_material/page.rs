@@ -4,7 +4,7 @@ use hysteron_report::folder::ReportFolder;
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::Page;
 use hysteron_report::series::{MEASURED, TWIN, UNCORRECTED};
-use hysteron_twin::fit::{Estimate, ParameterScale, Selected};
+use hysteron_twin::fit::{IdentifiedParameter, ParameterScale, Selected};
 
 use super::outcome::{FittedParameter, FittedTipErrors, Outcome, digits, standing};
 use super::verdict::FinishedFit;
@@ -54,7 +54,7 @@ pub(super) fn write(folder: &ReportFolder, outcome: &Outcome, finished: &Finishe
 
 /// Rows of the table of parameters, in the unit of their keys.
 fn rows(finished: &FinishedFit) -> Vec<Vec<String>> {
-    let row = |(selected, estimate): (&Selected, &Estimate)| {
+    let row = |(selected, estimate): (&Selected, &IdentifiedParameter)| {
         let (factor, unit) = (selected.quantity.key.1, selected.quantity.unit());
         let own = |value: f64| digits(factor * value);
         let bounds = selected.parameter.bounds;

@@ -11,7 +11,7 @@ use hysteron_report::folder::ReportFolder;
 use hysteron_twin::fit::{
     Fit, FitParameter, MaterialFit, MaterialOptions, Selected, Stepping, fit_material, select,
 };
-use hysteron_twin::{Motion, Twin};
+use hysteron_twin::{RobotMotion, Twin};
 
 use super::options::Options;
 use super::outcome::{Outcome, digits, standing};
@@ -88,7 +88,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
 fn search(
     options: &Options,
     (scene, mesh): (&Scene, &Mesh),
-    motions: &[Motion],
+    motions: &[RobotMotion],
     selected: &[Selected],
     context: &Context,
 ) -> anyhow::Result<MaterialFit> {
@@ -120,14 +120,14 @@ fn tension_max(options: &Options, scene: &Scene) -> Vec<f64> {
 }
 
 /// The motions in recordings of this role.
-fn motions(paths: &[PathBuf], role: Option<&str>, twin: &Twin) -> anyhow::Result<Vec<Motion>> {
+fn motions(paths: &[PathBuf], role: Option<&str>, twin: &Twin) -> anyhow::Result<Vec<RobotMotion>> {
     let mut motions = Vec::new();
     for path in paths {
         let recording = crate::shared::memory::recording(path)?;
         if role.is_some_and(|role| inputs::role(recording.meta()) != role) {
             continue;
         }
-        let motion = Motion::new(twin, &recording, &path.display().to_string())?;
+        let motion = RobotMotion::new(twin, &recording, &path.display().to_string())?;
         for (axis, is_used) in ["x", "y", "z"].iter().zip(motion.axes) {
             if !is_used {
                 tracing::warn!("{}: tip_{axis} never changes and is left out", path.display());

@@ -2,8 +2,8 @@
 
 use hysteron_base::Scene;
 use hysteron_report::verdict::{Criterion, Verdict};
-use hysteron_twin::Motion;
-use hysteron_twin::fit::{Estimate, Identifiability, MaterialFit, ParameterScale, Selected};
+use hysteron_twin::RobotMotion;
+use hysteron_twin::fit::{Identifiability, IdentifiedParameter, MaterialFit, ParameterScale, Selected};
 
 use crate::shared::recording_checks::Findings;
 use crate::shared::verdict::{Judged, Kind, parameters};
@@ -13,7 +13,7 @@ pub(super) struct FinishedFit<'a> {
     /// The scene as given.
     pub scene: &'a Scene,
     /// Motions that were compared.
-    pub motions: &'a [Motion],
+    pub motions: &'a [RobotMotion],
     /// Parameters that were fitted.
     pub selected: &'a [Selected],
     /// The outcome.
@@ -91,7 +91,7 @@ impl FinishedFit<'_> {
     /// Warnings about the outcome, and other explanations of the remaining errors.
     pub fn doubts(&self) -> Vec<String> {
         let mut doubts = Vec::new();
-        let at_bound = |estimate: &&Estimate| estimate.standing == Identifiability::AtBound;
+        let at_bound = |estimate: &&IdentifiedParameter| estimate.standing == Identifiability::AtBound;
         for estimate in self.found.fit.estimates.iter().filter(at_bound) {
             doubts
                 .push(format!("{} ended at a bound: an assumption of the scene may be wrong", estimate.name));

@@ -6,7 +6,7 @@ use hysteron_control::inverse::{Axes, TipWorkspace};
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::heat_map::HeatMap;
 use hysteron_report::page::Page;
-use hysteron_report::plane::Path;
+use hysteron_report::plane::PlanePath;
 
 use super::outcome::{Outcome, SyntheticTrajectory, tip_of};
 use crate::shared::inputs::Input;
@@ -49,8 +49,8 @@ pub(super) fn write(folder: &ReportFolder, card: &Outcome, real: &[Input]) -> an
 
 /// Where samples of the tip are, from above: a tile for every family, and one for the robot.
 fn coverage(card: &Outcome, real: &[Input]) -> HeatMap {
-    let mm = |tip: &[[f64; 2]]| -> Path { tip.iter().map(|[x, y]| (1e3 * x, 1e3 * y)).collect() };
-    let mut tips: BTreeMap<&str, (usize, Path)> = BTreeMap::new();
+    let mm = |tip: &[[f64; 2]]| -> PlanePath { tip.iter().map(|[x, y]| (1e3 * x, 1e3 * y)).collect() };
+    let mut tips: BTreeMap<&str, (usize, PlanePath)> = BTreeMap::new();
     for row in card.rows.iter().filter(|row| !row.tip.is_empty()) {
         let (n, points) = tips.entry(&row.family).or_default();
         *n += 1;
@@ -60,7 +60,7 @@ fn coverage(card: &Outcome, real: &[Input]) -> HeatMap {
         real.iter().filter_map(|input| tip_of(&input.recording).ok()).collect();
     let robot = of_robot.concat();
     let hull = TipWorkspace::new(Axes::Planar, robot.iter().map(|[x, y]| [*x, *y, 0.0]).collect());
-    let mut groups: Vec<(String, Path)> = tips
+    let mut groups: Vec<(String, PlanePath)> = tips
         .into_iter()
         .map(|(family, (n, points))| (format!("{family}: {n} trajectories"), points))
         .collect();

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use hysteron_base::{BadInput, Metadata, Recording, Scene, file, parallel};
 use hysteron_control::plan::Space;
-use hysteron_control::{Plan, StrokeLimits, Trajectory};
+use hysteron_control::{MotionPlan, StrokeLimits, Trajectory};
 use hysteron_report::folder::ReportFolder;
 use hysteron_twin::Error;
 use hysteron_twin::Twin;
@@ -133,7 +133,7 @@ fn planned(
     real: &[inputs::Input],
     n_tendons: usize,
     context: &Context,
-) -> anyhow::Result<(Plan, String, Option<Scaled>)> {
+) -> anyhow::Result<(MotionPlan, String, Option<Scaled>)> {
     if let Some(named) = &options.plan {
         let (plan, text) = plan::read(named)?;
         return Ok((plan, text, None));

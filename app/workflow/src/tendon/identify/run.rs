@@ -7,7 +7,7 @@ use hysteron_base::{BadInput, Metadata, Recording, Scene, json, parallel};
 use hysteron_report::folder::ReportFolder;
 use hysteron_twin::coreact::{AuxiliaryLimits, AuxiliaryPolicy, Identifier, IdentifyOptions, identify};
 use hysteron_twin::residual::{DECODER, ResidualDesign};
-use hysteron_twin::{Motion, Twin};
+use hysteron_twin::{RobotMotion, Twin};
 
 use super::options::Options;
 use super::outcome::{IdentifiedRecording, Outcome};
@@ -25,7 +25,7 @@ const SENSITIVITY: &str = "sensitivity";
 /// A recording to identify and where its results go.
 struct Job {
     input: Input,
-    motion: Motion,
+    motion: RobotMotion,
     meta: Metadata,
     out: PathBuf,
     sensitivity: PathBuf,
@@ -60,7 +60,7 @@ fn identify_recordings(options: &Options, context: &Context) -> anyhow::Result<O
         there.len(),
     );
     context.listen();
-    let policy = |motion: &Motion| -> anyhow::Result<Box<dyn AuxiliaryPolicy + '_>> {
+    let policy = |motion: &RobotMotion| -> anyhow::Result<Box<dyn AuxiliaryPolicy + '_>> {
         Ok(match &network {
             Some(network) => Box::new(network.rollout(&twin, motion.step)?),
             None => Box::new(Identifier::new(&twin, &auxiliary, settings)),
@@ -105,7 +105,7 @@ fn n_samples(jobs: &[Job]) -> usize {
 fn identify_all<'a>(
     jobs: &[Job],
     twin: &Twin,
-    policy: &(dyn Fn(&Motion) -> anyhow::Result<Box<dyn AuxiliaryPolicy + 'a>> + Sync),
+    policy: &(dyn Fn(&RobotMotion) -> anyhow::Result<Box<dyn AuxiliaryPolicy + 'a>> + Sync),
     context: &Context,
 ) -> anyhow::Result<Vec<IdentifiedRecording>> {
     let bar = context.progress("samples", n_samples(jobs), 0);
@@ -143,7 +143,7 @@ fn jobs(
     let mut excluded = Vec::new();
     let mut jobs = Vec::new();
     for input in inputs {
-        match Motion::for_identification(twin, &input.recording, &input.path.display().to_string()) {
+        match RobotMotion::for_identification(twin, &input.recording, &input.path.display().to_string()) {
             Ok(motion) => jobs.push(job(options, scene, network, input, motion, context)?),
             Err(bad) if options.skip_bad => {
                 tracing::warn!("left out: {bad}");
@@ -172,7 +172,7 @@ fn job(
     scene: &Scene,
     network: Option<&Network>,
     input: Input,
-    motion: Motion,
+    motion: RobotMotion,
     context: &Context,
 ) -> anyhow::Result<Job> {
     let mut meta = input.recording.meta().clone();

@@ -6,7 +6,7 @@ use std::time::Instant;
 use hysteron_actuator::TICKS_PER_TURN;
 use hysteron_base::{BadInput, Recording};
 use hysteron_twin::sense::{RecordingObservations, SenseSample, TwinObserver};
-use hysteron_twin::{Motion, Twin};
+use hysteron_twin::{RobotMotion, Twin};
 use nalgebra::Vector3;
 
 use crate::shared::error::Cancelled;
@@ -28,7 +28,7 @@ pub struct Input {
     /// Name in messages.
     pub name: String,
     /// Commands and tip.
-    pub motion: Motion,
+    pub motion: RobotMotion,
     /// Servos, where they were recorded.
     pub servos: Option<Servos>,
     /// Force on the tip that somebody knows, sample by sample [N].
@@ -56,7 +56,7 @@ impl Input {
         let tensions = recording.numbered("true_tension", "n");
         let tensions = (tensions.len() == n).then(|| tensions.into_iter().map(<[f64]>::to_vec).collect());
         Ok(Self {
-            motion: Motion::new(twin, recording, name)?,
+            motion: RobotMotion::new(twin, recording, name)?,
             servos: servos(recording, n).map_err(|bad| bad.within(name))?,
             name: name.to_owned(),
             force,

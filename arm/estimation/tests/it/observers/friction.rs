@@ -34,7 +34,7 @@ fn a_loaded_arm_at_rest_shows_no_contact_where_friction_holds_it() {
         Box::new(MomentumObserver::new(body(), friction(), &[30.0; 3])),
         Box::new(DisturbanceObserver::new(body(), friction(), &gain)),
     ];
-    let mut simulator = Simulator::new(&model, 2e-3, 2, Stops::None);
+    let mut simulator = Simulator::new(&model, 2e-3, 2, EndStops::None);
     let mut out = vec![0.0; n];
     for _ in 0..300 {
         simulator.step([&mut q, &mut dq], &torque, &[]);

@@ -7,7 +7,7 @@ mod port;
 
 use dynamixel2::{Bus, ReadError};
 use hysteron_rig::bus::xl430::{self, ControlRegister};
-use hysteron_virtual_rig::emulator::{Emulator, Options, Timing};
+use hysteron_virtual_rig::emulator::{Options, ServoEmulator, Timing};
 use hysteron_virtual_rig::virtual_rig::World;
 use std::time::{Duration, Instant};
 
@@ -19,7 +19,7 @@ const SILENCE: Duration = Duration::from_millis(60);
 /// Four emulated servos and a host.
 pub struct Bench {
     pub host: Bus<Vec<u8>, Vec<u8>>,
-    pub emulator: Emulator,
+    pub emulator: ServoEmulator,
     folder: tempfile::TempDir,
 }
 
@@ -38,12 +38,12 @@ impl Bench {
         options.timing = Timing::Relaxed;
         options.logs = Some(folder.path().to_owned());
         change(&mut options);
-        let emulator = Emulator::start(World::idle(4), options).unwrap();
+        let emulator = ServoEmulator::start(World::idle(4), options).unwrap();
         let host = Self::open(&emulator, 1_000_000);
         Self { host, emulator, folder }
     }
 
-    pub fn open(emulator: &Emulator, baud: u32) -> Bus<Vec<u8>, Vec<u8>> {
+    pub fn open(emulator: &ServoEmulator, baud: u32) -> Bus<Vec<u8>, Vec<u8>> {
         Bus::open_with_buffers(emulator.servo_port(), baud, vec![0; 1024], vec![0; 1024]).unwrap()
     }
 

@@ -2,7 +2,7 @@
 
 use super::Bench;
 use hysteron_rig::bus::xl430::*;
-use hysteron_virtual_rig::emulator::{Emulator, Options, Timing};
+use hysteron_virtual_rig::emulator::{Options, ServoEmulator, Timing};
 use hysteron_virtual_rig::virtual_rig::World;
 use std::time::Instant;
 
@@ -22,7 +22,7 @@ fn a_file_in_the_way_is_kept() {
     let folder = tempfile::tempdir().unwrap();
     let link = folder.path().join("servos");
     std::fs::write(&link, "precious").unwrap();
-    let error = Emulator::start(World::idle(1), Options::new(&link)).unwrap_err();
+    let error = ServoEmulator::start(World::idle(1), Options::new(&link)).unwrap_err();
     assert!(error.bad_input().is_some(), "{error}");
     assert_eq!(std::fs::read_to_string(&link).unwrap(), "precious");
 }
@@ -33,7 +33,7 @@ fn impossible_options_are_bad_input() {
     let start = |change: &dyn Fn(&mut Options)| {
         let mut options = Options::new(folder.path().join("servos"));
         change(&mut options);
-        Emulator::start(World::idle(1), options).unwrap_err()
+        ServoEmulator::start(World::idle(1), options).unwrap_err()
     };
     assert_eq!(start(&|options| options.baud = 1).bad_input().unwrap().place, "baud");
     for delay in [-1e-6, 1e-3, f64::NAN] {

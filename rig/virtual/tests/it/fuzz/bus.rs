@@ -3,7 +3,7 @@
 use super::{assert_memory_is_bounded, cases, corpus};
 use hysteron_rig::bus::{ServoBus, xl430};
 use hysteron_rig::config::RigConfig;
-use hysteron_virtual_rig::emulator::{Emulator, Options, Timing};
+use hysteron_virtual_rig::emulator::{Options, ServoEmulator, Timing};
 use hysteron_virtual_rig::virtual_rig::World;
 use proptest::prelude::*;
 use serialport::{SerialPort, TTYPort};
@@ -182,7 +182,7 @@ fn instruct(packets: &[Vec<u8>]) {
     let folder = tempfile::tempdir().unwrap();
     let mut options = Options::new(folder.path().join("servos"));
     (options.return_delay, options.timing) = (0.0, Timing::Relaxed);
-    let emulator = Emulator::start(World::idle(4), options).unwrap();
+    let emulator = ServoEmulator::start(World::idle(4), options).unwrap();
     let mut host = serialport::new(emulator.servo_port().to_string_lossy(), 1_000_000).open_native().unwrap();
     host.set_timeout(Duration::from_millis(100)).unwrap();
     let begin = Instant::now();

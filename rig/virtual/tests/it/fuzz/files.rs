@@ -3,7 +3,7 @@
 use super::text::{slipped, slips};
 use super::{MEMORY_MAX, assert_in_house_form, assert_memory_is_bounded, corpus, drive};
 use hysteron_base::{BadInput, Metadata};
-use hysteron_control::Plan;
+use hysteron_control::MotionPlan;
 use hysteron_rig::calibration::RigCalibration;
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::teleoperation::{ARMS_FILE, ArmsConfig};
@@ -96,7 +96,7 @@ fn faults(text: &str) -> Result<(), BadInput> {
 
 /// The text as a plan; what is accepted has strokes, all finite.
 fn plan(text: &str) -> Result<(), BadInput> {
-    let plan = Plan::from_toml(text, "plan.toml").map_err(|error| {
+    let plan = MotionPlan::from_toml(text, "plan.toml").map_err(|error| {
         assert_in_house_form(error.bad_input(), &error);
         error.bad_input().unwrap().clone()
     })?;
@@ -157,7 +157,7 @@ fn no_slip_in_a_fault_file_does_harm() {
 
 #[test]
 fn no_slip_in_a_plan_does_harm() {
-    tried("plan, drawn up", 500, Plan::text("quick").unwrap(), plan);
+    tried("plan, drawn up", 500, MotionPlan::text("quick").unwrap(), plan);
 }
 
 #[test]

@@ -11,12 +11,12 @@ mod stage;
 mod torque;
 
 use hysteron_base::{Channel, Metadata, Recording};
-use hysteron_control::Plan;
+use hysteron_control::MotionPlan;
 use hysteron_rig::calibration::{ChannelMap, RigCalibration};
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::session::{Outcome, RecordOptions, RigRecorder, RigSession};
 use hysteron_rig::{Hardware, LiveRig, Result};
-use hysteron_virtual_rig::emulator::{Emulator, Options, Timing};
+use hysteron_virtual_rig::emulator::{Options, ServoEmulator, Timing};
 use hysteron_virtual_rig::virtual_rig::World;
 use std::path::PathBuf;
 use std::sync::{PoisonError, RwLock, RwLockReadGuard};
@@ -32,7 +32,7 @@ pub fn turn() -> RwLockReadGuard<'static, ()> {
 /// A rig without tracker, on a port.
 pub struct Stand {
     _turn: RwLockReadGuard<'static, ()>,
-    pub emulator: Emulator,
+    pub emulator: ServoEmulator,
     pub rig: RigConfig,
     folder: tempfile::TempDir,
 }
@@ -46,7 +46,7 @@ impl Stand {
         let mut options = Options::new(folder.path().join("servos"));
         options.return_delay = 0.0;
         options.timing = Timing::Relaxed;
-        let emulator = Emulator::start(World::idle(4), options).unwrap();
+        let emulator = ServoEmulator::start(World::idle(4), options).unwrap();
         let (before, after) = RIG.split_once("[tracker]").unwrap();
         let text = format!("{before}[limits]{}", after.split_once("[limits]").unwrap().1);
         // A machine with other work to do answers late; that is not what is tested.
@@ -101,7 +101,7 @@ impl Stand {
 
 /// The first `n` samples of a trajectory in which every tendon moves.
 pub fn circle(n: usize) -> Recording {
-    let plan = Plan::named("quick").unwrap();
+    let plan = MotionPlan::named("quick").unwrap();
     let trajectory = plan.trajectories().iter().find(|t| t.name.contains("circle")).unwrap();
     let whole = trajectory.commands().unwrap();
     let cut = |values: &[f64]| values[..n].to_vec();

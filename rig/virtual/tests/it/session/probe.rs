@@ -6,7 +6,7 @@ use hysteron_rig::calibration::{RigCalibration, calibrate};
 use hysteron_rig::config::RigConfig;
 use hysteron_rig::{Event, Hardware, LiveRig, Pose, Result, ServoSample, SlowSample};
 use hysteron_virtual_rig::emulator::{
-    BusFault, DeviceClock, Emulator, Format, Options, PoseDelivery, PoseServerSettings, Timing,
+    BusFault, DeviceClock, Format, Options, PoseDelivery, PoseServerSettings, ServoEmulator, Timing,
 };
 use hysteron_virtual_rig::virtual_rig::{SimulatedRig, VirtualRobot, World, rig_file};
 use std::cell::Cell;
@@ -34,7 +34,7 @@ pub fn simulated() -> &'static (RigCalibration, Vec<i32>) {
 
 /// The virtual rig `typical` on its ports.
 pub struct Rig {
-    pub emulator: Emulator,
+    pub emulator: ServoEmulator,
     pub config: RigConfig,
     _poses: PoseDelivery,
     folder: tempfile::TempDir,
@@ -56,7 +56,7 @@ impl Rig {
         let mut options = Options::new(folder.path().join("servos"));
         options.return_delay = 0.0;
         options.timing = Timing::Relaxed;
-        let emulator = Emulator::start(World::new(&robot, SEED), options).unwrap();
+        let emulator = ServoEmulator::start(World::new(&robot, SEED), options).unwrap();
         let clock = DeviceClock { offset: 1000.0, drift: 2e-5 };
         let settings = PoseServerSettings { port: 0, device: "Tip".into(), clock, format: Format::Transform };
         let (poses, address) = emulator.serve_poses(settings).unwrap();
@@ -142,7 +142,7 @@ pub struct Read {
 /// Breaks things at their times, and notes what the session is told.
 pub struct Probe<'a> {
     pub rig: LiveRig,
-    emulator: &'a Emulator,
+    emulator: &'a ServoEmulator,
     /// Faults to come with their times on the rig's clock [s], in order.
     pub due: VecDeque<(f64, BusFault)>,
     /// Faults that were handed over, and when [s].
@@ -154,7 +154,7 @@ pub struct Probe<'a> {
 }
 
 impl<'a> Probe<'a> {
-    pub fn new(rig: LiveRig, emulator: &'a Emulator) -> Self {
+    pub fn new(rig: LiveRig, emulator: &'a ServoEmulator) -> Self {
         let (due, injected, reads, n_reads) = Default::default();
         Self { rig, emulator, due, injected, reads, n_reads, n_slow: 0 }
     }
