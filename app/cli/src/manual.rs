@@ -21,9 +21,11 @@ Exit codes: 0 done, 2 bad input.";
 
 const MAN_HELP: &str = "\
 Writes a page for the program and one for every verb: hysteron.1, hysteron-simulate.1, ...
+With --markdown one page with the help of every verb: hysteron.md.
 
-Example:
+Examples:
   hysteron man --out ~/.local/share/man/man1
+  hysteron man --markdown --out docs
 
 Exit codes: 0 done, 1 failed, 2 bad input.";
 
@@ -43,6 +45,9 @@ pub struct ManArguments {
     /// Folder to write to
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// One page in Markdown with the help of every verb, instead of manual pages
+    #[arg(long)]
+    markdown: bool,
 }
 
 /// Files that `man` wrote.
@@ -61,9 +66,17 @@ pub fn completions(arguments: &CompletionArguments, mut program: clap::Command) 
 
 /// Runs the verb `man` for the command line `program`.
 pub fn man(arguments: &ManArguments, mut program: clap::Command, context: &Context) -> anyhow::Result<Value> {
-    program.build();
     let mut written = Vec::new();
-    render_pages(&arguments.out, &program, &mut written)?;
+    if arguments.markdown {
+        program = program.term_width(MARKDOWN_COLUMNS);
+        program.build();
+        let mut page = format!("<!-- {SIGNATURE}; made by: hysteron man --markdown -->\n\n# Command line\n");
+        render_markdown(&mut program, &mut page);
+        written.push((arguments.out.join("hysteron.md"), page.into_bytes()));
+    } else {
+        program.build();
+        render_pages(&arguments.out, &program, &mut written)?;
+    }
     written.sort();
     let outputs = Outputs::default().folder("--out", &arguments.out);
     let outputs = written.iter().fold(outputs, |outputs, (path, _)| outputs.file("--out", path));
@@ -74,6 +87,20 @@ pub fn man(arguments: &ManArguments, mut program: clap::Command, context: &Conte
     let pages: Vec<PathBuf> = written.into_iter().map(|(path, _)| path).collect();
     terminal::print(format_args!("{} pages in {}", pages.len(), arguments.out.display()));
     Ok(json::to_value(Pages { pages })?)
+}
+
+/// Width of the help in a page of Markdown [characters].
+const MARKDOWN_COLUMNS: usize = 110;
+
+/// Appends the help of a command and its verbs, as a terminal shows it, each below its own heading.
+fn render_markdown(command: &mut clap::Command, page: &mut String) {
+    let help = command.render_long_help().to_string();
+    let name = command.get_bin_name().unwrap_or_else(|| command.get_name()).to_owned();
+    page.push_str(&format!("\n## {name}\n\n```text\n"));
+    help.lines().for_each(|line| page.extend([line.trim_end(), "\n"]));
+    page.push_str("```\n");
+    let verbs = command.get_subcommands_mut().filter(|verb| !verb.is_hide_set() && verb.get_name() != "help");
+    verbs.for_each(|verb| render_markdown(verb, page));
 }
 
 /// The pages of a command and its verbs, each with the file it is for.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use hysteron_tests::{members, names_in, root};
+use hysteron_tests::{members, names_in, root, run};
 
 fn text(name: &str) -> String {
     std::fs::read_to_string(root().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
@@ -90,4 +90,15 @@ fn limits_of_verdicts_in_the_docs_are_those_of_the_program() {
     let limit_of = |line: &str| line.strip_prefix("| `")?.split(" | ").nth(1)?.parse::<f64>().ok();
     let n_rows = docs.lines().filter(|line| limit_of(line).is_some()).count();
     assert_eq!(n_rows, hysteron_report::verdict::RULES.len(), "rows without a rule");
+}
+
+#[test]
+#[cfg(unix)] // the help of `arm emulate` is there on Unix alone
+fn the_command_line_in_the_book_is_that_of_the_program() {
+    let folder = tempfile::tempdir().unwrap();
+    run(folder.path(), &["man", "--markdown", "--out", "."]).succeeded();
+    let made = std::fs::read_to_string(folder.path().join("hysteron.md")).unwrap();
+    let page = text("docs/hysteron.md");
+    let differs = page.lines().zip(made.lines()).find(|(there, made)| there != made);
+    assert!(page == made, "make it again: hysteron man --markdown --out docs ({differs:?})");
 }
