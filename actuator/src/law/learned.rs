@@ -304,8 +304,11 @@ mod tests {
     #[test]
     fn knots_that_cannot_be_are_refused() {
         for knots in [vec![], vec![1.0], vec![0.0, 1.0, 1.0], vec![-1.0, 1.0], vec![0.0, f64::NAN]] {
-            assert!(LearnedMap::new(knots.clone(), Vec::new()).is_err(), "{knots:?}");
-            assert_eq!(LearnedMap::new(vec![0.0, 1.0], knots.clone()).is_err(), !knots.is_empty());
+            let bad = LearnedMap::new(knots.clone(), Vec::new()).unwrap_err();
+            assert_eq!(bad.place, "knots of the speed", "{knots:?}");
+            let of_loads = LearnedMap::new(vec![0.0, 1.0], knots.clone()).err().map(|bad| bad.place);
+            let refused = (!knots.is_empty()).then_some("knots of the load");
+            assert_eq!(of_loads.as_deref(), refused, "{knots:?}");
         }
         assert_eq!(LearnedMap::of_speeds(&[0.4, -0.4]).unwrap_err().place, "speed");
         assert_eq!(LearnedMap::of_speeds(&[0.0]).unwrap_err().place, "speed");

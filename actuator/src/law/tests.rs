@@ -145,5 +145,5 @@ fn bristles_of_constant_strength_are_the_model_of_dahl() {
 fn unknown_law_is_refused_with_the_names_there_are() {
     let error = Law::named("m7").unwrap_err();
     assert!(error.expected.contains("m6"), "{error:?}");
-    assert!(Law::named("m0").is_err());
+    assert_eq!(Law::named("m0").unwrap_err().place, "law of friction");
 }

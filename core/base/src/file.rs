@@ -324,7 +324,8 @@ mod tests {
     fn failed_first_write_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("file.txt");
-        assert!(write_with(&path, |_| Err(std::io::Error::other("stopped"))).is_err());
+        let error = write_with(&path, |_| Err(std::io::Error::other("stopped"))).unwrap_err();
+        assert!(error.to_string().ends_with("file.txt: stopped"), "{error}");
         assert!(names_in(folder.path()).is_empty());
     }
 

@@ -100,7 +100,8 @@ mod tests {
             let bad = quantity.check("r.urdf: line 3", value).expect_err("believed");
             assert!(bad.to_string().contains("at most"), "{bad}");
         }
-        assert!(LENGTH.check_all("p", &[0.0, 1.0, -1e4]).is_err());
+        let bad = LENGTH.check_all("p", &[0.0, 1.0, -1e4]).expect_err("believed");
+        assert_eq!((bad.place.as_str(), bad.found.as_str()), ("p", "-10000.0"));
         assert_eq!((on_a_bench("tube.length_mm"), on_a_bench("name")), (Some(1e4), None));
     }
 }

@@ -196,11 +196,16 @@ mod tests {
     #[test]
     fn ranges_that_cannot_be_are_refused() {
         for (min, max) in [(1.0, 0.0), (f64::NAN, 0.0), (0.0, f64::INFINITY), (f64::MIN, f64::MAX)] {
-            assert!(Normaliser::new(vec![range("a", min, max)]).is_err(), "{min} {max}");
+            let bad = Normaliser::new(vec![range("a", min, max)]).unwrap_err();
+            assert_eq!(bad.expected, "finite min <= max", "{min} {max}");
         }
-        assert!(Normaliser::new(vec![range("a", 0.0, 1.0), range("a", 0.0, 1.0)]).is_err());
-        for samples in [&[][..], &[&[1.0][..]], &[&[1.0, f64::NAN]]] {
-            assert!(Normaliser::from_samples(&["a", "b"], samples.iter().copied()).is_err(), "{samples:?}");
+        let bad = Normaliser::new(vec![range("a", 0.0, 1.0), range("a", 0.0, 1.0)]).unwrap_err();
+        assert_eq!(bad.expected, "every channel once");
+        let refused: [(&[&[f64]], &str); 3] =
+            [(&[], "samples"), (&[&[1.0]], "sample 0"), (&[&[1.0, f64::NAN]], "sample 0: b")];
+        for (samples, place) in refused {
+            let bad = Normaliser::from_samples(&["a", "b"], samples.iter().copied()).unwrap_err();
+            assert_eq!(bad.place, place, "{samples:?}");
         }
     }
 }

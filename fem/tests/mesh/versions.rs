@@ -112,8 +112,11 @@ fn version_1_has_the_parameters_of_a_node_on_its_line() {
     assert_eq!(plain.nodes.len(), 8);
     let parameters = ["0 1", "1 7 0.5", "2 3 -1.2e-15 0.25", "3 1", "", "2 1 1 2", "1 1 1e3", "0 9 "];
     assert_eq!(with(parameters).unwrap(), plain);
-    for wrong in ["0", "1 7", "0 1 2", "x 1"] {
-        assert!(with(["", wrong, "", "", "", "", "", ""]).is_err(), "{wrong}");
+    let end = "the end of the line of node";
+    for (wrong, expected) in [("0", end), ("1 7", end), ("0 1 2", end), ("x 1", "the dimension of an entity")]
+    {
+        let bad = bad_input(with(["", wrong, "", "", "", "", "", ""]));
+        assert!(bad.expected.contains(expected), "{wrong}: {bad}");
     }
 }
 

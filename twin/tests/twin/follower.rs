@@ -56,10 +56,13 @@ fn limits_hold_and_the_way_home_ends_without_strokes() {
     // 2 mm at 5 mm/s in steps of 0.05 mm, one more for rounding.
     assert!((40..=41).contains(&n), "{n}");
     assert_eq!(follower.strokes(), [0.0; 4]);
-    for wrong in [FollowLimits { stroke: 0.0, ..LIMITS }, FollowLimits { rate: f64::NAN, ..LIMITS }] {
-        assert!(
-            PathFollower::new(&twin, Box::new(PhysicsTwin::new(&twin)), &coordinates, wrong, 0.01).is_err()
-        );
+    for (wrong, place) in [
+        (FollowLimits { stroke: 0.0, ..LIMITS }, "largest stroke: "),
+        (FollowLimits { rate: f64::NAN, ..LIMITS }, "largest rate: expected above 0"),
+    ] {
+        let plant = Box::new(PhysicsTwin::new(&twin));
+        let error = PathFollower::new(&twin, plant, &coordinates, wrong, 0.01).err().unwrap().to_string();
+        assert!(error.starts_with(place), "{error}");
     }
 }
 

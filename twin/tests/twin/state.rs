@@ -85,7 +85,9 @@ fn every_flipped_bit_is_noticed() {
         let mut bytes = whole.clone();
         bytes[at] ^= 1 << (at % 8);
         std::fs::write(&path, bytes).unwrap();
-        assert!(TwinState::read(&path, &robot.twin, HASH).is_err(), "byte {at}");
+        let error = TwinState::read(&path, &robot.twin, HASH).expect_err("a damaged file");
+        let bad = error.bad_input().unwrap_or_else(|| panic!("byte {at}: {error}"));
+        assert!(bad.place.contains("state.bin: "), "byte {at}: {bad}");
     }
 }
 

@@ -136,8 +136,11 @@ mod tests {
             assert_eq!(count::<100>(typed).unwrap_err().expected, expected, "{typed}");
         }
         assert_eq!(up_to::<64>("0").unwrap(), 0);
-        assert!(up_to::<64>("64").is_ok() && up_to::<64>("4000000000").is_err());
-        assert!(threads("2").is_ok() && threads("100000").is_err());
+        assert_eq!(up_to::<64>("64").unwrap(), 64);
+        assert_eq!(up_to::<64>("4000000000").unwrap_err().expected, "at most 64");
+        assert_eq!(threads("2").unwrap(), 2);
+        let bad = threads("100000").unwrap_err();
+        assert!(bad.expected.starts_with("at most") && bad.hint.contains("cores"), "{bad}");
     }
 
     #[test]

@@ -24,10 +24,10 @@ fn locked_joints_are_joints_that_do_not_move() {
     let here = frame_pose(&locked, &data6, locked.frame(frame).unwrap());
     assert_close("position", &here.position, &there.position, 1e-14);
     assert_close("rotation", &here.rotation.concat(), &there.rotation.concat(), 1e-14);
-    assert!(whole.with_locked(&[("elbow", 0.0)]).is_err());
-    assert!(whole.with_locked(&[(left, f64::NAN)]).is_err());
+    assert_eq!(whole.with_locked(&[("elbow", 0.0)]).unwrap_err().found, "\"elbow\"");
+    assert_eq!(whole.with_locked(&[(left, f64::NAN)]).unwrap_err().expected, "a finite coordinate");
     let all: Vec<(&str, f64)> = whole.joints().iter().map(|joint| (joint.name.as_str(), 0.0)).collect();
-    assert!(whole.with_locked(&all).is_err());
+    assert_eq!(whole.with_locked(&all).unwrap_err().place, "locked joints");
 }
 
 #[test]
@@ -47,16 +47,19 @@ fn a_payload_is_a_force_at_its_centre_and_a_rotor_is_on_the_diagonal() {
     bias_torque(&bare, &mut data, [&q, &[0.0; 9]], &external, &mut expected);
     gravity_torque(&loaded, &mut Data::new(&loaded, 0.0), &q, &mut weight);
     assert_close("weight", &weight, &expected, 1e-12);
-    assert!(bare.with_payload("hook", 1.0, centre, [0.0; 6]).is_err());
-    assert!(bare.with_payload("panda_hand_tcp", -1.0, centre, [0.0; 6]).is_err());
-    assert!(bare.with_payload("panda_hand_tcp", 1.0, centre, [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0]).is_err());
+    assert_eq!(bare.with_payload("hook", 1.0, centre, [0.0; 6]).unwrap_err().place, "frame");
+    let bad = bare.with_payload("panda_hand_tcp", -1.0, centre, [0.0; 6]).unwrap_err();
+    assert_eq!(bad.expected, "a mass >= 0 and finite numbers");
+    let second = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let bad = bare.with_payload("panda_hand_tcp", 1.0, centre, second).unwrap_err();
+    assert_eq!(bad.expected, "an inertia without negative principal value");
     let geared = bare.with_rotor("panda_joint4", 2e-5, 100.0).unwrap();
     let (mut before, mut after) = ([0.0; 81], [0.0; 81]);
     mass_matrix(&bare, &mut data, &q, &mut before);
     mass_matrix(&geared, &mut Data::new(&geared, 0.0), &q, &mut after);
     before[9 * 3 + 3] += 0.2;
     assert_close("mass", &after, &before, 1e-14);
-    assert!(bare.with_rotor("panda_joint4", -1.0, 1.0).is_err());
+    assert_eq!(bare.with_rotor("panda_joint4", -1.0, 1.0).unwrap_err().place, "rotor of panda_joint4");
 }
 
 #[test]

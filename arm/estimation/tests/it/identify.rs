@@ -166,7 +166,8 @@ fn a_payload_comes_back_from_the_torques_that_it_adds() {
     for (without, with) in found.rms[0].iter().zip(&found.rms[1]) {
         assert!(with <= without && *with < 0.02, "{without} {with}");
     }
-    assert!(identify_payload(&known, "nowhere", &motion(&loaded, 200, 0.0, 2)).is_err());
+    let bad = identify_payload(&known, "nowhere", &motion(&loaded, 200, 0.0, 2)).unwrap_err();
+    assert_eq!((bad.place.as_str(), bad.found.as_str()), ("frame", "\"nowhere\""));
 }
 
 #[test]

@@ -247,6 +247,8 @@ mod tests {
     #[test]
     fn a_single_trajectory_leaves_nothing_to_choose_by() {
         let one = data(1).select([0]);
-        assert!(fit_gaussian_process(&one, &vec![0.0; one.tau.len()], &[2.0], 10, &mut || true).is_err());
+        let offset = vec![0.0; one.tau.len()];
+        let bad = fit_gaussian_process(&one, &offset, &[2.0], 10, &mut || true).unwrap_err();
+        assert_eq!(bad.place, "folds");
     }
 }

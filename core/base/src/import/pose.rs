@@ -186,14 +186,15 @@ mod tests {
 
     #[test]
     fn what_is_no_rigid_transform_is_refused() {
-        for toml in [
-            "rotation = [1, 1, 0, 0]",
-            "rotation = [nan, 0, 0, 0]",
-            "rotation_deg = [1e9, 0, 0]",
-            "translation_mm = [1e9, 0, 0]",
-            "rotation = [1, 0, 0, 0]\nrotation_deg = [0, 0, 0]",
+        for (toml, place) in [
+            ("rotation = [1, 1, 0, 0]", "tracker.rotation"),
+            ("rotation = [nan, 0, 0, 0]", "tracker.rotation"),
+            ("rotation_deg = [1e9, 0, 0]", "tracker.rotation_deg"),
+            ("translation_mm = [1e9, 0, 0]", "tracker.translation_mm"),
+            ("rotation = [1, 0, 0, 0]\nrotation_deg = [0, 0, 0]", "tracker"),
         ] {
-            assert!(toml::from_str::<TrackerTransform>(toml).unwrap().checked().is_err(), "{toml}");
+            let transform: TrackerTransform = toml::from_str(toml).unwrap();
+            assert_eq!(transform.checked().unwrap_err().place, place, "{toml}");
         }
         let without: TrackerTransform = toml::from_str("points = [\"elbow\"]").unwrap();
         let error = without.apply(&mut channels()).unwrap_err().to_string();

@@ -213,10 +213,17 @@ mod tests {
         // A struct in a struct in a struct, without end; a file that ends in a number; a number without end; a list
         // of 2^35 flags, after which the file has ended.
         let lists = [0x19, 0xf1, 0x80, 0x80, 0x80, 0x80, 0x80, 1];
-        for bytes in
-            [&[0x1c; 100][..], &[0x15, 0xff, 0xff], &[[0x15].as_slice(), &[0xff; 20]].concat(), &lists]
+        let endless = [&[0x15_u8][..], &[0xff; 20]].concat();
+        let refusal = |bytes: &[u8]| {
+            check(Cursor::new(bytes), [0, 1 << 20], Compression::SNAPPY).expect_err("a header that ends")
+        };
+        for (bytes, expected) in
+            [(&[0x1c; 100][..], "a page header without end"), (&endless[..], "a number without end")]
         {
-            assert!(check(Cursor::new(bytes), [0, 1 << 20], Compression::SNAPPY).is_err(), "{bytes:?}");
+            assert_eq!(refusal(bytes).to_string(), expected, "{bytes:?}");
+        }
+        for bytes in [&[0x15, 0xff, 0xff][..], &lists] {
+            assert_eq!(refusal(bytes).kind(), ErrorKind::UnexpectedEof, "{bytes:?}");
         }
     }
 }

@@ -111,8 +111,12 @@ fn cells_without_a_number_are_known_by_their_line() {
 
 #[test]
 fn nothing_is_no_table() {
-    for text in ["", "\n\n", "t,q\n", "\u{feff}"] {
-        assert!(text::read(text, &TextFormat::default()).is_err(), "{text:?}");
+    let nothing = "a table of numbers";
+    for (text, expected) in
+        [("", nothing), ("\n\n", nothing), ("t,q\n", "at least one row of numbers"), ("\u{feff}", nothing)]
+    {
+        let bad = text::read(text, &TextFormat::default()).unwrap_err();
+        assert_eq!(bad.expected, expected, "{text:?}");
     }
 }
 
@@ -140,13 +144,14 @@ fn arrays_of_every_type_and_order() {
     let by_columns = npz::read_single(&npy("|u1", "True", "(2, 3)", &[1, 2, 3, 4, 5, 6])).unwrap();
     assert_eq!(by_columns.names(), "array[1], array[2], array[3]");
     assert_eq!(by_columns.columns()[1].values, [3.0, 4.0]);
-    for bad in [
-        npy("<f8", "False", "(2,)", &[0; 15]),
-        npy("<f8", "False", "(99999999999, 9)", &[]),
-        npy("|O", "False", "(2,)", &[0; 16]),
-        b"PK".to_vec(),
+    for (bytes, expected, found) in [
+        (npy("<f8", "False", "(2,)", &[0; 15]), "a whole archive of arrays", "an early end"),
+        (npy("<f8", "False", "(99999999999, 9)", &[]), "a NumPy array", "a shape too large"),
+        (npy("|O", "False", "(2,)", &[0; 16]), "numbers with one or two axes", "another"),
+        (b"PK".to_vec(), "a NumPy array", "another beginning"),
     ] {
-        assert!(npz::read_single(&bad).is_err());
+        let bad = npz::read_single(&bytes).unwrap_err();
+        assert!(bad.expected.contains(expected) && bad.found == found, "{bad}");
     }
 }
 

@@ -61,7 +61,8 @@ fn the_average_lies_between_the_weights_before_and_after() {
     assert_eq!(own.evaluated(), replaced.evaluated());
     assert_ne!(own.evaluated(), average.evaluated());
     assert_ne!(&before, average.evaluated());
-    assert!(Training::new(before, Adam::default(), Some(0.0)).is_err());
+    let error = Training::new(before, Adam::default(), Some(0.0)).err().unwrap().to_string();
+    assert!(error.starts_with("ema: "), "{error}");
 }
 
 #[test]

@@ -115,8 +115,9 @@ fn joined_networks_give_the_mean_of_their_outputs() {
         }
     }
     let wider = Network::new(&Architecture { hidden: 12, ..architecture }, 1).unwrap();
-    assert!(Network::mean_of(&[members[0].clone(), wider]).is_err());
-    assert!(Network::mean_of(&[]).is_err());
+    let bad = Network::mean_of(&[members[0].clone(), wider]).unwrap_err();
+    assert_eq!(bad.expected, "one shape, with a linear head");
+    assert_eq!(Network::mean_of(&[]).unwrap_err().expected, "at least one");
 }
 
 #[test]
@@ -152,5 +153,6 @@ fn a_network_for_other_ranges_is_the_same_function() {
         assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 3.0 * 2.0 * f64::from(TOL)), "{a:?} {b:?}");
     }
     let tanh = Network::new(&Architecture { head: HeadActivation::Tanh, ..architecture }, 5).unwrap();
-    assert!(tanh.for_ranges([&own[0], &own[1]], [&union[0], &union[1]]).is_err());
+    let bad = tanh.for_ranges([&own[0], &own[1]], [&union[0], &union[1]]).unwrap_err();
+    assert_eq!(bad.expected, "a linear head");
 }

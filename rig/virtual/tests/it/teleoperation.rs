@@ -207,9 +207,9 @@ fn who_asks_ends_an_open_recording_whole_and_one_of_a_length_early() {
 fn a_recorder_that_panics_lets_go() {
     let bench = Bench::new();
     let panicked = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        bench.record(Some(20.0), &|| false, &mut |passed| assert!(passed < 0.2));
+        bench.record(Some(20.0), &|| false, &mut |passed| assert!(passed < 0.2, "on purpose"));
     }));
-    assert!(panicked.is_err());
+    assert_eq!(panicked.unwrap_err().downcast_ref::<&str>(), Some(&"on purpose"));
     assert!(!bench.follower.torque_on().contains(&true));
     // Its rows wait in the journal.
     assert!(journal_path(&bench.out()).exists());

@@ -164,6 +164,7 @@ mod tests {
         assert_eq!(names(&["a.csv", "b.csv"]).unwrap(), [(None, 2)]);
         let rivals = names(&["twin=a.csv", "network=b.csv", "twin=c.csv"]).unwrap();
         assert_eq!(rivals, [(Some("twin".to_owned()), 2), (Some("network".to_owned()), 1)]);
-        assert!(names(&["twin=a.csv", "b.csv"]).is_err() && names(&["=a.csv"]).is_err());
+        assert_eq!(names(&["twin=a.csv", "b.csv"]).unwrap_err().place, "recordings");
+        assert_eq!(names(&["=a.csv"]).unwrap_err().place, "NAME");
     }
 }

@@ -203,7 +203,10 @@ fn poses_turn_with_the_frame() {
 
 #[test]
 fn files_must_hold_a_rotation() {
-    assert!(Registration::new([1.0, 0.0, 0.0, 2e-3], [0.0; 3]).is_err());
-    assert!(Registration::new([f64::NAN, 0.0, 0.0, 0.0], [0.0; 3]).is_err());
-    assert!(Registration::new([1.0, 0.0, 0.0, 0.0], [f64::INFINITY, 0.0, 0.0]).is_err());
+    for rotation in [[1.0, 0.0, 0.0, 2e-3], [f64::NAN, 0.0, 0.0, 0.0]] {
+        let bad = Registration::new(rotation, [0.0; 3]).unwrap_err();
+        assert_eq!(bad.place, "registration rotation", "{rotation:?}");
+    }
+    let bad = Registration::new([1.0, 0.0, 0.0, 0.0], [f64::INFINITY, 0.0, 0.0]).unwrap_err();
+    assert_eq!(bad.place, "registration translation");
 }

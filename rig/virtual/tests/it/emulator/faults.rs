@@ -165,5 +165,6 @@ fn a_script_runs_at_its_times_and_everything_is_logged() {
 #[test]
 fn impossible_faults_are_refused() {
     let bench = Bench::new();
-    assert!(bench.emulator.inject(BusFault::new(0.0, FaultKind::Overload)).is_err());
+    let bad = bench.emulator.inject(BusFault::new(0.0, FaultKind::Overload)).unwrap_err();
+    assert_eq!((bad.place.as_str(), bad.found.as_str()), ("servo", "nothing"));
 }

@@ -25,7 +25,8 @@ fn a_panic_in_the_middle_lets_go_and_leaves_a_journal_that_opens() {
     let panicked = catch_unwind(AssertUnwindSafe(|| {
         record_on(&rig, 300, &|| false, &mut |row| assert!(row < 120, "on purpose"))
     }));
-    assert!(panicked.is_err() && rig.comes_to_be_released());
+    assert_eq!(panicked.unwrap_err().downcast_ref::<&str>(), Some(&"on purpose"));
+    assert!(rig.comes_to_be_released());
     let rescued = rig.out().with_extension("rescued.parquet");
     let (n_rows, n_gaps) = recover(&journal_path(&rig.out()), &rescued).unwrap();
     // All but those that still waited for their poses, 0.4 s at most.
@@ -38,7 +39,8 @@ fn a_panic_before_the_first_row_lets_go() {
     let rig = Rig::new(&[PATIENT]);
     let panicked =
         catch_unwind(AssertUnwindSafe(|| record_on(&rig, 300, &|| panic!("on purpose"), &mut |_| {})));
-    assert!(panicked.is_err() && rig.comes_to_be_released());
+    assert_eq!(panicked.unwrap_err().downcast_ref::<&str>(), Some(&"on purpose"));
+    assert!(rig.comes_to_be_released());
     assert!(!journal_path(&rig.out()).exists());
 }
 
@@ -71,6 +73,7 @@ fn a_start_that_fails_half_way_lets_go_even_where_the_end_would_hold() {
     rig.emulator.inject(BusFault::new(0.0, FaultKind::DropPacket).of_servo(4).times(3 * n)).unwrap();
     std::thread::sleep(std::time::Duration::from_millis(50));
     let started = RigSession::start(&mut hardware, &rig.config, &calibration, 100.0);
-    assert!(started.is_err());
+    let error = started.err().unwrap().to_string();
+    assert!(error.contains("servo 4"), "{error}");
     assert!(rig.comes_to_be_released(), "{:?}", rig.emulator.torque_on());
 }

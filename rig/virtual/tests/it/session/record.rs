@@ -164,7 +164,8 @@ fn a_servo_that_never_answers_is_given_up_after_the_stated_time() {
     assert!((4..=10).contains(&n), "{n} questions");
     // Under torque, or on the way there, the rig file alone counts.
     let before = hardware.counts().timeouts;
-    assert!(hardware.enable_torque().is_err());
+    let error = hardware.enable_torque().unwrap_err().to_string();
+    assert!(error.contains("servo 1, register") && error.contains("no answer in time"), "{error}");
     assert!(hardware.counts().timeouts - before <= u64::from(1 + stand.rig.servos.retries), "torque waits");
 }
 

@@ -64,7 +64,8 @@ fn whatever_ends_a_calibration_switches_the_torque_off_although_the_rig_file_say
     let panicked = catch_unwind(AssertUnwindSafe(|| {
         calibrated(&mut stage, &config, &|| false, &mut |_| panic!("on purpose"))
     }));
-    assert!(panicked.is_err() && !stage.is_under_torque());
+    assert_eq!(panicked.err().unwrap().downcast_ref::<&str>(), Some(&"on purpose"));
+    assert!(!stage.is_under_torque());
     // And a calibration that succeeds leaves a robot that nobody holds.
     let (mut stage, config) = Stage::set(&typical(), &[HOLD], Mishap::None);
     calibrated(&mut stage, &config, &|| false, &mut |_| {}).unwrap();
