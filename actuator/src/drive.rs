@@ -465,6 +465,6 @@ mod tests {
             assert!((state.current - current).abs() < 1e-6, "{} {current}", state.current);
         }
         drive.gear.backlash = 0.01;
-        assert_eq!(drive.check_load_friction().unwrap_err().place, "gear.backlash_deg");
+        assert_eq!(drive.check_load_friction().expect_err("backlash").place, "gear.backlash_deg");
     }
 }

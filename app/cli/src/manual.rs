@@ -70,7 +70,7 @@ pub fn man(arguments: &ManArguments, mut program: clap::Command, context: &Conte
     if arguments.markdown {
         program = program.term_width(MARKDOWN_COLUMNS);
         program.build();
-        let mut page = format!("<!-- {SIGNATURE}; made by: hysteron man --markdown -->\n\n# Command line\n");
+        let mut page = format!("{SIGNATURE}\n<!-- made by: hysteron man --markdown -->\n\n# Command line\n");
         render_markdown(&mut program, &mut page);
         written.push((arguments.out.join("hysteron.md"), page.into_bytes()));
     } else {

@@ -5,78 +5,16 @@
 use std::ops::Range;
 
 use hysteron_base::BadInput;
-use hysteron_learn::{
-    Evaluation, Network, Normaliser, SequenceOptions, SequenceTask, Sequences, TrainingSession, WeightFormat,
-    mean,
-};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use hysteron_learn::{Evaluation, Network, Normaliser, SequenceTask, Sequences, TrainingSession, mean};
 
 use super::fit::{ControllerParts, FittedController, StrokeDesign, run};
 use super::loss::{Loss, LossWeights, TrajectoryArrays};
-use super::path_point::{PathPoint, PathSmoothing};
+use super::path_point::PathPoint;
+use super::recurrent_options::RecurrentOptions;
 use super::smooth::{Smoothed, smoothed};
 use super::training::{InverseOptions, InverseTraining, TrainedDesign};
 use super::{Check, Dataset, Demonstration, FeatureSpec, Features, InverseDesign, StaticRegression};
 use crate::Result;
-
-/// How to train.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "InverseRecurrentOptions")]
-pub struct RecurrentOptions {
-    /// Options common to trainings on whole trajectories.
-    #[serde(flatten)]
-    pub learning: SequenceOptions,
-    /// Which samples positions and rates come from.
-    pub smoothing: PathSmoothing,
-    /// Half the time that they span [s].
-    pub half_width_s: f64,
-    /// Times ahead at which features of the path are taken [s]; with [`PathSmoothing::Causal`] and none, a path
-    /// need not be known in advance.
-    pub horizons_s: Vec<f64>,
-    /// Speed at which the direction counts about half [m/s].
-    pub slow_m_s: f64,
-    /// Plays as parts of the largest stroke.
-    pub plays: Vec<f64>,
-    /// Time constants of first-order filters [s].
-    pub filters_s: Vec<f64>,
-    /// Weights of the terms of the loss.
-    pub loss: LossWeights,
-    /// Largest delay of the tip behind its strokes that is sought [s]; none is where it is zero, as for a path that
-    /// is not known in advance.
-    pub largest_delay_s: f64,
-    /// Number format of the weights where the controller commands.
-    pub weights: WeightFormat,
-    /// Seed of weights and noise.
-    pub seed: u64,
-}
-
-impl Default for RecurrentOptions {
-    fn default() -> Self {
-        Self {
-            learning: SequenceOptions {
-                hidden: 128,
-                layers: 1,
-                epochs: 30,
-                patience: 40,
-                truncation: 200,
-                learning_rate: 2e-3,
-                input_noise: 0.3,
-                ema: 0.005,
-            },
-            smoothing: PathSmoothing::Centred,
-            half_width_s: 0.1,
-            horizons_s: vec![0.1, 0.2, 0.4],
-            slow_m_s: 1e-3,
-            plays: vec![0.02, 0.05, 0.12, 0.3, 0.6],
-            filters_s: vec![0.3, 3.0, 30.0],
-            loss: LossWeights { tip: 1.0, smooth_s: 0.1, pull: 1.0, co_contraction_min_m: 0.0 },
-            largest_delay_s: 0.5,
-            weights: WeightFormat::Float32,
-            seed: 1,
-        }
-    }
-}
 
 impl RecurrentOptions {
     fn check(&self) -> Check<()> {

@@ -4,7 +4,8 @@ use hysteron_learn::{Provenance, WeightFormat, WindowOptions, options_of_this_ve
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{DataOrigin, Dataset, Demonstration, RecurrentOptions};
+use super::recurrent_options::RecurrentOptions;
+use super::{DataOrigin, Dataset, Demonstration};
 
 /// The training of an inverse controller: data, options, errors in validation.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]

@@ -216,15 +216,17 @@ fn samples_at_full_size_are_within_their_bound() {
         let one = &plan.trajectories()[0];
         let (bound, samples) = (one.sustained_rate_bound(), one.sustained());
         assert_eq!((samples.start, samples.end), (151, 650), "{family}");
-        let mut largest: f64 = 0.0;
+        // Rounding of both strokes is in their difference.
+        let (mut largest, mut rounding): (f64, f64) = (0.0, 0.0);
         for i in samples {
             let t = one.time(i - 1) - one.rest_before;
             assert_eq!(one.motion.envelope.at(t), 1.0, "{family}: {t}");
             for (now, before) in one.strokes_at(one.time(i)).iter().zip(one.strokes_at(one.time(i - 1))) {
                 largest = largest.max((now - before).abs() * one.rate_hz);
+                rounding = rounding.max(16.0 * f64::EPSILON * now.abs().max(before.abs()) * one.rate_hz);
             }
         }
-        assert!(largest <= bound && largest > 0.4 * bound, "{family}: {largest} of {bound}");
+        assert!(largest <= bound + rounding && largest > 0.4 * bound, "{family}: {largest} of {bound}");
     }
 }
 

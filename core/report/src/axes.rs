@@ -2,30 +2,13 @@
 
 use std::ops::Range;
 
-use plotters::chart::ChartContext;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use serde::Serialize;
 
+use crate::axes_place::{AxesPlace, Chart};
 use crate::axis::Axis;
 use crate::color::{AXIS, GRID};
 use crate::sheet::{BELOW, LEFT, Sheet, TEXT};
-
-/// A chart with plain axes.
-pub type Chart<'a, DB> = ChartContext<'a, DB, Cartesian2d<Axis, Axis>>;
-
-/// Place and ranges of a pair of axes, by which a page reads values from the curves in it.
-#[derive(Debug, Clone, Serialize)]
-pub struct AxesPlace {
-    /// Left and upper edge, width and height, in units of the drawing.
-    pub at: [i32; 4],
-    /// Values at the left and the right edge.
-    pub x: [f64; 2],
-    /// Values at the lower and the upper edge.
-    pub y: [f64; 2],
-    /// Names of both axes, with their units; that of the abscissa may be empty.
-    pub names: [String; 2],
-}
 
 /// Room for labels left of an axis whose name stands above it [px].
 pub(crate) const LEFT_OF_NAMED_ABOVE: f64 = 58.0;

@@ -8,6 +8,7 @@
 //! (reports), `folder` (their files).
 
 mod axes;
+mod axes_place;
 pub mod axis;
 pub mod body_views;
 mod color;

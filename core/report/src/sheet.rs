@@ -7,8 +7,8 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use crate::axes::AxesPlace;
-pub use crate::axes::Chart;
+use crate::axes_place::AxesPlace;
+pub use crate::axes_place::Chart;
 use crate::color::INK;
 pub use crate::color::{COLORS, DULL, GHOST, ramp};
 use crate::legend::{LegendEntry, legend_width};

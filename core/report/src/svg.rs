@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use crate::axes::AxesPlace;
+use crate::axes_place::AxesPlace;
 use crate::figure::LineStyle;
 use crate::sheet::Sheet;
 

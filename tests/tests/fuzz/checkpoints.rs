@@ -7,6 +7,9 @@ use hysteron_arm_dynamics::Model;
 use hysteron_arm_learning::lagrangian::{
     InputForm, LearnedDynamics, NetworkShape, Scales, Sinusoids, Variant, sinusoids,
 };
+use hysteron_arm_learning::neural::{
+    ActuatorDetails, CurrentModel, FeatureLayout, Heads, InputScale, NeuralActuator, SimulationOptions,
+};
 use hysteron_base::{Channel, Metadata, Recording, json};
 use hysteron_control::inverse::{
     Axes, Dataset, Demonstration, InverseModel, RecurrentOptions, fit_recurrent, fit_windowed,
@@ -16,7 +19,7 @@ use hysteron_fuzz::text::{slipped, slips};
 use hysteron_fuzz::{damaged, damages, drive};
 use hysteron_learn::{
     Activation, Architecture, ChannelRange, Checkpoint, HeadActivation, Network, Normaliser, SequenceOptions,
-    Training, TrainingSession, WindowOptions,
+    TemporalForm, Training, TrainingSession, Transformer, TransformerShape, WindowOptions,
 };
 use hysteron_twin::residual::ResidualModel;
 
@@ -148,6 +151,36 @@ fn no_damage_to_learned_dynamics_does_harm() {
         let bytes = std::fs::read(&case.path).unwrap();
         tried(&format!("dynamics, {variant:?}"), &bytes, |path| match LearnedDynamics::read(path) {
             Ok(read) => drop(read.decompose(&samples)),
+            Err(hysteron_learn::Error::BadInput(bad)) => refused(Some(&bad), &bad),
+            Err(error) => refused(None, &error),
+        });
+    }
+}
+
+#[test]
+fn no_damage_to_a_neural_actuator_does_harm() {
+    let features = FeatureLayout { joints: 4, gripper: None };
+    let heads = Heads::sizes(&features);
+    let rows: Vec<f64> = (0..3 * features.len()).map(|k| 0.1 * k as f64).collect();
+    for form in [TemporalForm::Streaming, TemporalForm::Window] {
+        let published = TransformerShape::published(features.len(), &heads, form);
+        let shape = TransformerShape { width: 8, layers: 1, feed_forward: 8, latent: 4, ..published };
+        let actuator = NeuralActuator {
+            network: Transformer::new(&shape, 1).unwrap(),
+            features,
+            scale: InputScale::of(&features, rows.chunks_exact(features.len())).unwrap(),
+            simulation: SimulationOptions::PUBLISHED,
+            joints: (1..=4).map(|k| format!("joint{k}")).collect(),
+            currents: CurrentModel { coefficients: vec![[0.1; 3]; features.motors()], position_gain: None },
+            sensing: None,
+            contact: 0.3,
+            details: ActuatorDetails::default(),
+        };
+        let case = Case::new("a.safetensors");
+        actuator.write(&case.path).unwrap();
+        let bytes = std::fs::read(&case.path).unwrap();
+        tried(&format!("neural actuator, {form:?}"), &bytes, |path| match NeuralActuator::read(path) {
+            Ok(read) => assert_eq!(read.joints.len(), read.features.joints),
             Err(hysteron_learn::Error::BadInput(bad)) => refused(Some(&bad), &bad),
             Err(error) => refused(None, &error),
         });

@@ -86,3 +86,41 @@ fn a_machine_without_memory_is_an_error_before_the_work() {
         assert_eq!(new, [""; 0], "{line}");
     }
 }
+
+/// A recording that is read and computed with in 400 MB of address space only if it is shorter: named, before the work.
+#[test]
+fn recordings_that_the_memory_has_no_room_for_are_an_error_before_the_work() {
+    let place = Workplace::new();
+    let row = |k: u32| {
+        let (x, y) = f64::from(k % 1000).mul_add(1e-3, -0.5).sin_cos();
+        format!(
+            "{:.2},{x:.4},{y:.4},{:.4},{:.4},{:.3},{:.3},80\n",
+            0.01 * f64::from(k),
+            -x,
+            -y,
+            4.0 * x,
+            4.0 * y
+        )
+    };
+    let rows: String = (0..2_000_000).map(row).collect();
+    let strokes = "stroke_1_mm,stroke_2_mm,stroke_3_mm,stroke_4_mm";
+    place.write("long.csv", format!("time_s,{strokes},tip_x_mm,tip_y_mm,tip_z_mm\n{rows}"));
+    drop(rows);
+    for line in [
+        "simulate scene.toml --strokes long.csv --out out.csv",
+        "reach scene.toml --goals long.csv --out out.csv",
+        "evaluate --target circle:40 long.csv --out out",
+        "check long.csv",
+        "train long.csv --out out.safetensors",
+        "import long.csv --out out.csv",
+    ] {
+        for limit in [150_000, 250_000, 400_000] {
+            let (code, text, new) = limited(&place, &format!("ulimit -v {limit}"), line);
+            assert_eq!(code, Some(2), "{line}, {limit} kB: {text}");
+            let printed = errors(&text);
+            let is_named = |line: &str| line.contains("of memory") && line.contains("(hint: ");
+            assert!(printed.len() == 1 && is_named(printed[0]), "{line}, {limit} kB: {text}");
+            assert_eq!(new, [""; 0], "{line}, {limit} kB");
+        }
+    }
+}

@@ -9,6 +9,7 @@
 
 mod adapt;
 mod adaptation;
+mod adapted_parts;
 mod change;
 mod decoder;
 mod features;
@@ -17,6 +18,7 @@ mod linear;
 mod model;
 mod prepared;
 mod recurrent;
+mod recurrent_options;
 mod rollout;
 mod sequence;
 mod training;
@@ -27,15 +29,17 @@ use std::path::PathBuf;
 use hysteron_learn::{FitReport, FitResult, Network, TrainingProgress, TrainingSession, TrainingTask, fit};
 use serde::Serialize;
 
-pub use adapt::{Adapted, AdaptedParts, MotionErrors, adapt, n_samples};
+pub use adapt::{Adapted, MotionErrors, adapt, n_samples};
 pub use adaptation::{AdaptOptions, Adaptation};
+pub use adapted_parts::AdaptedParts;
 pub use change::RobotChange;
 pub use decoder::StrokeDecoder;
 pub use features::{FeatureSpec, Features};
 pub use follower::{Coordinates, FollowLimits, FollowStep, PathController, PathFollower};
 pub use linear::LinearPart;
 pub use model::{ResidualDesign, ResidualModel};
-pub use recurrent::{RecurrentOptions, fit_recurrent};
+pub use recurrent::fit_recurrent;
+pub use recurrent_options::RecurrentOptions;
 pub use rollout::CorrectedRollout;
 pub use sequence::{DECODER, Sequence, fit_decoder};
 pub use training::{ResidualOptions, ResidualTraining, TrainedMember};

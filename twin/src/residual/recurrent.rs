@@ -8,14 +8,13 @@ use std::borrow::Cow;
 
 use hysteron_base::{BadInput, parallel, rng};
 use hysteron_learn::{
-    ChannelErrors, ChannelRange, FitReport, FitResult, Member, Network, Normaliser, SequenceOptions,
-    SequenceTask,
+    ChannelErrors, ChannelRange, FitReport, FitResult, Member, Network, Normaliser, SequenceTask,
 };
 use rand::RngExt;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::prepared::{LinearisedTrajectory, TipSequences, output_ranges, prepare};
+use super::recurrent_options::RecurrentOptions;
 use super::sequence::{first_of_one_robot, fit_decoder, names};
 use super::training::{ResidualOptions, ResidualTraining, TrainedMember};
 use super::{
@@ -23,48 +22,6 @@ use super::{
     StrokeDecoder,
 };
 use crate::Result;
-
-/// How to train.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "ResidualRecurrentOptions")]
-pub struct RecurrentOptions {
-    /// Options common to trainings on whole trajectories.
-    #[serde(flatten)]
-    pub learning: SequenceOptions,
-    /// Plays as parts of the largest stroke.
-    pub plays: Vec<f64>,
-    /// Time constants of first-order filters [s].
-    pub filters_s: Vec<f64>,
-    /// Whether the twin's tip is an input of the network.
-    pub feedback: bool,
-    /// Standard deviation of the noise on that tip while training [m], so that errors of the loop decay.
-    pub feedback_noise_m: f64,
-    /// Seed of weights and noise.
-    pub seed: u64,
-}
-
-impl Default for RecurrentOptions {
-    fn default() -> Self {
-        Self {
-            learning: SequenceOptions {
-                hidden: 64,
-                layers: 1,
-                epochs: 100,
-                patience: 40,
-                truncation: 200,
-                learning_rate: 2e-3,
-                input_noise: 1.0,
-                // The average reaches back over some epochs.
-                ema: 0.005,
-            },
-            plays: vec![0.01, 0.03, 0.08, 0.2, 0.5],
-            filters_s: vec![0.3, 3.0, 30.0],
-            feedback: false,
-            feedback_noise_m: 2e-4,
-            seed: 1,
-        }
-    }
-}
 
 /// Trains a network for each set of `held_out`, on all `sequences` but those, keeps its weights that do best on those
 /// (indices into `sequences`), and gives one network that is the mean of all: what chance makes of one training, the

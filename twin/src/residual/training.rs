@@ -4,7 +4,8 @@ use hysteron_learn::{Provenance, WindowOptions, options_of_this_version};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{AdaptedParts, RecurrentOptions};
+use super::adapted_parts::AdaptedParts;
+use super::recurrent_options::RecurrentOptions;
 
 /// The training of a residual network: data, options, errors in validation, later adaptation.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]

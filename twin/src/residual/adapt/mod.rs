@@ -18,6 +18,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::adaptation::AdaptationFilter;
+use super::adapted_parts::AdaptedParts;
 use super::{AdaptOptions, Adaptation, ResidualDesign, ResidualModel, RobotChange};
 use crate::Result;
 use crate::coreact::AuxiliaryLimits;
@@ -27,33 +28,6 @@ use blocks::{MotionBlock, blocks};
 use ridge::GaussNewtonSystem;
 use rollout_errors::{RolloutErrors, RolloutTask, TwinWithNetwork};
 use whitening::Whitening;
-
-/// Parts of the adaptation that are kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum AdaptedParts {
-    /// The model as it was.
-    Nothing,
-    /// Zeros, play and friction.
-    Change,
-    /// The linear correction.
-    Correction,
-    /// Both.
-    Both,
-}
-
-impl AdaptedParts {
-    /// From the fewest numbers to the most.
-    const ALL: [Self; 4] = [Self::Nothing, Self::Change, Self::Correction, Self::Both];
-
-    fn has_change(self) -> bool {
-        matches!(self, Self::Change | Self::Both)
-    }
-
-    fn has_correction(self) -> bool {
-        matches!(self, Self::Correction | Self::Both)
-    }
-}
 
 /// Root mean square distance of the twin's tip from the measured one [m].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -386,11 +386,15 @@ mod tests {
         let texts = |row: &str, tag: &str| -> Vec<String> {
             let begin = format!("<{tag}");
             let pieces = row.split(&begin).skip(1);
-            pieces.map(|it| it.split_once('>').unwrap().1.split('<').next().unwrap().to_owned()).collect()
+            let text = |it: &str| {
+                let cell = it.split_once('>').unwrap().1;
+                cell.trim_start_matches("<span>").split('<').next().unwrap().to_owned()
+            };
+            pieces.map(text).collect()
         };
         let mut heading = String::new();
         let mut found = Vec::new();
-        for (k, piece) in page.split("<table>").enumerate() {
+        for (k, piece) in page.split("<table").enumerate() {
             if k > 0 {
                 let rows = piece.split("</table>").next().unwrap().split("<tr>").skip(1);
                 let cells = rows.map(|row| [texts(row, "th"), texts(row, "td")].concat()).collect();
