@@ -1,5 +1,7 @@
 //! From an error to an exit code.
 
+use hysteron_workflow::WorkflowError;
+
 /// A command that this program had started did not come to its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CommandFailed {
@@ -23,10 +25,18 @@ impl std::fmt::Display for CommandFailed {
 
 impl std::error::Error for CommandFailed {}
 
+/// The failed command in an error, also where it came through the door of a verb.
+fn failed_command(error: &anyhow::Error) -> Option<&CommandFailed> {
+    error.chain().find_map(|cause| {
+        cause
+            .downcast_ref::<CommandFailed>()
+            .or_else(|| cause.downcast_ref::<WorkflowError>()?.downcast_ref())
+    })
+}
+
 /// 2 where the input is to blame, 1 otherwise.
 pub fn exit_code(error: &anyhow::Error) -> u8 {
-    let failed = error.chain().find_map(|cause| cause.downcast_ref::<CommandFailed>());
-    match failed {
+    match failed_command(error) {
         Some(CommandFailed::Ended(2)) => 2,
         None if hysteron_workflow::is_bad_input(error) => 2,
         _ => 1,
@@ -35,8 +45,7 @@ pub fn exit_code(error: &anyhow::Error) -> u8 {
 
 /// True where a command that this program had started has printed the error: one line of errors is enough.
 pub fn is_told(error: &anyhow::Error) -> bool {
-    let failed = error.chain().find_map(|cause| cause.downcast_ref::<CommandFailed>());
-    failed.is_some_and(|failed| *failed != CommandFailed::Killed)
+    failed_command(error).is_some_and(|failed| *failed != CommandFailed::Killed)
 }
 
 #[cfg(test)]
@@ -52,7 +61,10 @@ mod tests {
             (CommandFailed::Interrupted, 1, true),
             (CommandFailed::Killed, 1, false),
         ] {
-            assert_eq!((exit_code(&failed(how)), is_told(&failed(how))), (code, is_told_already), "{how:?}");
+            let through_a_door = anyhow::Error::new(WorkflowError::from(failed(how)));
+            for error in [failed(how), through_a_door] {
+                assert_eq!((exit_code(&error), is_told(&error)), (code, is_told_already), "{how:?}");
+            }
         }
     }
 }

@@ -16,6 +16,7 @@ use png::{ColorType, Encoder};
 use crate::color::style;
 pub use crate::legend::LegendEntry;
 use crate::legend::rows;
+use crate::line_style::LineStyle;
 use crate::maker::{SIGNATURE, replace};
 use crate::sheet::Sheet;
 use crate::svg::{SCALE, SvgFrame, svg};
@@ -50,15 +51,6 @@ pub trait Figure {
     fn draw<DB: DrawingBackend>(&self, tile: usize, sheet: &Sheet<DB>) -> anyhow::Result<()>
     where
         DB::ErrorType: 'static;
-}
-
-/// Lines of the curves of a figure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LineStyle {
-    /// All solid.
-    Solid,
-    /// A pattern of dashes for each colour, as a second cue.
-    ByColor,
 }
 
 /// A figure as it goes into a report.

@@ -18,6 +18,7 @@ pub mod folder;
 pub mod heat_map;
 pub mod hysteresis_loop;
 mod legend;
+pub mod line_style;
 pub mod lines;
 pub mod maker;
 pub mod overlay;

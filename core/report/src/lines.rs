@@ -7,7 +7,8 @@ use plotters::prelude::*;
 
 use crate::axes::{Abscissas, BELOW_WITHOUT_LABELS, LEFT_OF_NAMED_ABOVE, NAME_ABOVE};
 use crate::color::SHADES;
-use crate::figure::{Figure, LegendEntry, LineStyle};
+use crate::figure::{Figure, LegendEntry};
+use crate::line_style::LineStyle;
 use crate::sheet::{BELOW, COLORS, NARROW, Sheet, are_counts, padded};
 use crate::simplify::simplified;
 

@@ -10,7 +10,8 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::color::{hex, style};
-use crate::figure::{Drawn, LegendEntry, LineStyle};
+use crate::figure::{Drawn, LegendEntry};
+use crate::line_style::LineStyle;
 use crate::maker::replace;
 use crate::svg::SCALE;
 use crate::text::without_signs_of_zeros;

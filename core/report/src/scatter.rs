@@ -4,7 +4,8 @@ use anyhow::Result;
 use plotters::prelude::*;
 
 use crate::axes::Abscissas;
-use crate::figure::{Figure, LegendEntry, LineStyle};
+use crate::figure::{Figure, LegendEntry};
+use crate::line_style::LineStyle;
 use crate::sheet::{COLORS, NARROW, Sheet, are_counts, padded};
 
 /// Tiles with axes of their own.

@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 
 use crate::axes_place::AxesPlace;
-use crate::figure::LineStyle;
+use crate::line_style::LineStyle;
 use crate::sheet::Sheet;
 
 /// How many times larger everything is drawn: plotters rounds to whole pixels, and curves would show it.
