@@ -27,6 +27,9 @@ pub enum Error {
     /// A limit was passed, and the run was ended safely.
     #[error("limit: {0}")]
     Limit(String),
+    /// Somebody asked to stop; the text says before what.
+    #[error("interrupted before {0}")]
+    Interrupted(&'static str),
 }
 
 /// Result of a function in `rig`.

@@ -67,7 +67,7 @@ fn a_run_that_is_asked_to_stop_goes_to_rest_lets_go_and_keeps_its_rows() {
         let process = recording(&rig);
         signal(&process, name);
         let outcome = ended(process);
-        assert!(outcome.error(1).contains("stopped on request"), "{}", outcome.stderr);
+        assert!(outcome.error(1).contains("interrupted"), "{}", outcome.stderr);
         assert!(!rig.torques().last().unwrap().1, "{name}");
         is_kept(&rig, PARTIAL);
     }
@@ -98,7 +98,7 @@ fn a_rig_that_shall_hold_lets_go_after_ctrl_c_and_kill() {
     let rig = holding();
     let process = recording(&rig);
     signal(&process, "INT");
-    assert!(ended(process).error(1).contains("stopped on request"));
+    assert!(ended(process).error(1).contains("interrupted"));
     assert!(!rig.torques().last().unwrap().1);
     is_kept(&rig, PARTIAL);
     let rig = holding();
@@ -178,7 +178,7 @@ fn two_recorders_with_one_name_do_not_harm_each_other() {
         assert!(second.error(2).contains(&format!("process {} is writing", first.id())), "{}", second.stderr);
     }
     signal(&first, "INT");
-    assert!(ended(first).error(1).contains("stopped on request"));
+    assert!(ended(first).error(1).contains("interrupted"));
     is_kept(&rig, PARTIAL);
 }
 

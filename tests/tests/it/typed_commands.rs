@@ -6,7 +6,7 @@ use std::path::Path;
 use hysteron_tests::{names_in, root, run};
 
 /// Commands that are not executed: document, how they begin (without the program's name), and why.
-const NOT_RUN: [(&str, &str, &str); 30] = [
+const NOT_RUN: [(&str, &str, &str); 31] = [
     ("README.md", "test --release", "these are the tests"),
     ("README.md", "demo", "five minutes; its stages are those of a study: study.rs"),
     ("docs/actuator.md", "arm identify servo", "recordings that are not part of the repository"),
@@ -14,6 +14,7 @@ const NOT_RUN: [(&str, &str, &str); 30] = [
     ("docs/arms.md", "arm emulate", "runs until it is stopped: teleoperation.rs"),
     ("docs/arms.md", "arm record", "in real time: teleoperation.rs"),
     ("docs/arms.md", "arm estimate", "in real time: estimate_live.rs"),
+    ("docs/hysteron.md", "", "examples of the help: repository.rs"),
     ("docs/lagrangian.md", "arm fit delan RECORDING", "a recording of one's own"),
     ("docs/lagrangian.md", "arm dynamics model.safetensors", "a recording of one's own"),
     ("docs/lagrangian.md", "arm estimate model.safetensors", "a recording of one's own"),

@@ -24,7 +24,7 @@ impl From<anyhow::Error> for WorkflowError {
             Some(Self::BadInput(_)) => Self::BadInput(error),
             Some(Self::Cancelled(_)) => Self::Cancelled(error),
             Some(Self::Failed(_)) => Self::Failed(error),
-            None if error.chain().any(|cause| cause.is::<Cancelled>()) => Self::Cancelled(error),
+            None if error.chain().any(is_cancelled) => Self::Cancelled(error),
             None if error.chain().any(is_bad) => Self::BadInput(error),
             None => Self::Failed(error),
         }
@@ -49,6 +49,11 @@ impl Cancelled {
     pub fn new(kept: impl Into<String>) -> Self {
         Self(kept.into())
     }
+}
+
+fn is_cancelled(cause: &(dyn std::error::Error + 'static)) -> bool {
+    let rig = cause.downcast_ref::<hysteron_rig::Error>();
+    cause.is::<Cancelled>() || matches!(rig, Some(hysteron_rig::Error::Interrupted(_)))
 }
 
 /// True where the input is to blame.
@@ -139,5 +144,9 @@ mod tests {
         let door = WorkflowError::from(anyhow::Error::new(Cancelled::new("; nothing is written")));
         assert!(matches!(door, WorkflowError::Cancelled(_)), "{door:?}");
         assert_eq!(door.to_string(), "interrupted; nothing is written");
+        let rig = anyhow::Error::new(hysteron_rig::Error::Interrupted("the calibration was complete"));
+        let door = WorkflowError::from(rig.context("track"));
+        assert!(matches!(door, WorkflowError::Cancelled(_)), "{door:?}");
+        assert_eq!(door.to_string(), "track: interrupted before the calibration was complete");
     }
 }

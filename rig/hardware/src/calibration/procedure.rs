@@ -64,7 +64,7 @@ pub fn calibrate(
     done.map_err(|stop| match stop {
         Stop::Failed(error) => error,
         Stop::Limit(violation) => Error::Limit(violation.to_string()),
-        Stop::Asked => Error::Bus("stopped before the calibration was complete".into()),
+        Stop::Asked => Error::Interrupted("the calibration was complete"),
     })?;
     Ok(found)
 }

@@ -59,7 +59,7 @@ impl std::fmt::Display for Stop {
         match self {
             Self::Limit(violation) => write!(f, "limit passed: {violation}"),
             Self::Failed(error) => write!(f, "{error}"),
-            Self::Asked => write!(f, "stopped on request"),
+            Self::Asked => write!(f, "interrupted"),
         }
     }
 }

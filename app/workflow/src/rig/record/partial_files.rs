@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use hysteron_base::{Journal, Recording};
-use hysteron_rig::session::{Outcome, free_name, journal_path, recover};
+use hysteron_rig::session::{Outcome, Stop, free_name, journal_path, recover};
 
 use super::jobs::Job;
+use crate::shared::error::Cancelled;
 
 /// Whether a trajectory came to its end; if not, why not, and where what was recorded is.
 pub fn ended(outcome: &Outcome, job: &Job) -> anyhow::Result<()> {
@@ -19,12 +20,15 @@ pub fn ended(outcome: &Outcome, job: &Job) -> anyhow::Result<()> {
             let trouble = outcome.torque_trouble.as_deref().unwrap_or("the torque is not known to be off");
             Err(anyhow::anyhow!("{name}: {trouble}"))
         }
-        Some(stop) if outcome.n_rows == 0 => {
-            Err(anyhow::anyhow!("{name}: {stop} (nothing was recorded yet)"))
-        }
         Some(stop) => {
-            let (n_rows, out) = (outcome.n_rows, outcome.out.display());
-            Err(anyhow::anyhow!("{name}: {stop} ({n_rows} rows are in {out})"))
+            let kept = match outcome.n_rows {
+                0 => "nothing was recorded yet".to_owned(),
+                n_rows => format!("{n_rows} rows are in {}", outcome.out.display()),
+            };
+            Err(match stop {
+                Stop::Asked => anyhow::Error::new(Cancelled::new(format!(" ({kept})"))).context(name.clone()),
+                _ => anyhow::anyhow!("{name}: {stop} ({kept})"),
+            })
         }
     }
 }
