@@ -10,6 +10,10 @@ use crate::units::Unit;
 
 /// Part of its range that a command moves over while nothing answers [-]: wider than backlash and friction of a tendon hold on.
 const COMMAND_MOVES: f64 = 0.1;
+/// A tip that goes on after a rest does so by steps like those that follow, of which so many are looked at; a tracker that was stopped
+/// shows at once how far the tip has gone: by more than so many times the largest of them.
+const JUMP: f64 = 3.0;
+const AFTER_REST: usize = 10;
 /// From this part of the rows on that repeat the one before, rows are held, not repeated by accident [-].
 const HELD: f64 = 0.3;
 /// Largest part of changes by a single quantum in values that are held rather than rounded [-].
@@ -70,7 +74,8 @@ pub fn check(series: &MeasuredSeries) -> Vec<Warning> {
     found
 }
 
-/// The longest stretch in which the tip does not change by a bit while the strokes go on.
+/// The longest stretch in which the tip does not change by a bit while the strokes go on, and after which it is somewhere else: a tip that
+/// goes on where it stood has rested, while slack was taken up or friction held.
 fn still_tip(series: &MeasuredSeries) -> Option<Warning> {
     if series.strokes.is_empty() || series.tip.is_empty() {
         return None;
@@ -89,7 +94,7 @@ fn still_tip(series: &MeasuredSeries) -> Option<Warning> {
         if i - first >= MIN_ROWS && lasts >= LONGEST_STILL_S && is_longer && i - first < n {
             let moved = |stroke: &MeasuredChannel| range(stroke.values[first..i].iter().copied());
             let moved = series.strokes.iter().map(moved).fold(0.0, f64::max);
-            if moved > COMMAND_MOVES * widest {
+            if moved > COMMAND_MOVES * widest && jumps(series, i) {
                 best = Some((first, i - 1, lasts, moved));
             }
         }
@@ -106,6 +111,15 @@ fn still_tip(series: &MeasuredSeries) -> Option<Warning> {
             .at_rows(series.rows[first], series.rows[last])
             .hint("the tracker repeated its last pose: mark these rows as gaps"),
     )
+}
+
+/// True where the tip comes to row `i` by a larger step than it goes on by, or nothing follows that could tell.
+fn jumps(series: &MeasuredSeries, i: usize) -> bool {
+    let step = |i: usize| -> f64 {
+        series.tip.iter().map(|axis| (axis.values[i] - axis.values[i - 1]).powi(2)).sum::<f64>().sqrt()
+    };
+    let after = i + 1..(i + 1 + AFTER_REST).min(series.time.len());
+    after.is_empty() || step(i) > JUMP * after.map(step).fold(0.0, f64::max)
 }
 
 /// Channels of which most rows repeat the one before although what they change by is no single step of rounding.

@@ -2,8 +2,12 @@
 //!
 //! The tip's change over a short time is regressed on the strokes' change some rows earlier; the delay is where the regression explains most
 //! of it. Changes rather than positions: hysteresis moves the tip's place, but where a tendon moves the tip moves at once.
+//!
+//! Backlash and slack break that rule after each turn, and at constant speed they delay the tip for as long after every one. The two differ
+//! in what the tip does meanwhile: with a delay it goes on as before the turn, with backlash it rests. A delay is believed where the first
+//! explains the motion after turns better than the second.
 
-use super::series::MeasuredSeries;
+use super::series::{MeasuredChannel, MeasuredSeries};
 use super::{Finding, Warning};
 
 /// Delays that are tried, before and after [s].
@@ -31,11 +35,14 @@ pub struct Delay {
     pub seconds: f64,
     /// Part of the tip's change that the strokes explain, with this delay and without [-].
     pub explained: [f64; 2],
+    /// Squared error after turns, over the tip's squared change there [-]: below 1, the tip goes on rather than rests.
+    pub error_after_turns: f64,
 }
 
 pub fn check(series: &MeasuredSeries) -> Option<Warning> {
-    let Delay { seconds, explained: [best, none] } = estimate(series)?;
-    let is_reliable = best >= EXPLAINED && 1.0 - best < (1.0 - GAIN) * (1.0 - none);
+    let Delay { seconds, explained: [best, none], error_after_turns } = estimate(series)?;
+    let is_backlash = seconds > 0.0 && error_after_turns >= 1.0;
+    let is_reliable = best >= EXPLAINED && 1.0 - best < (1.0 - GAIN) * (1.0 - none) && !is_backlash;
     let step = series.recording.rate_hz()?.recip();
     let limit = if seconds < 0.0 { step } else { LARGEST_S.max(step) };
     if !is_reliable || seconds.abs() <= limit {
@@ -85,14 +92,13 @@ pub fn estimate(series: &MeasuredSeries) -> Option<Delay> {
     if total == 0.0 {
         return None;
     }
-    let explained = |lag: isize| -> f64 {
-        let inputs: Vec<Vec<f64>> = series
-            .strokes
-            .iter()
-            .map(|s| rows.iter().map(|i| change(&s.values, i.saturating_add_signed(-lag))).collect())
-            .collect();
-        tips.iter().map(|tip| explained_square(&inputs, tip)).sum::<f64>() / total
+    let inputs = |lag: isize| -> Vec<Vec<f64>> {
+        let changes = |stroke: &MeasuredChannel| {
+            rows.iter().map(|i| change(&stroke.values, i.saturating_add_signed(-lag))).collect()
+        };
+        series.strokes.iter().map(changes).collect()
     };
+    let explained = |lag: isize| Regression::of(&inputs(lag), &tips).explained / total;
     let behind = (after / lag_step) as isize;
     let ahead = (before / lag_step) as isize;
     let tried: Vec<(isize, f64)> =
@@ -106,34 +112,79 @@ pub fn estimate(series: &MeasuredSeries) -> Option<Delay> {
         if bend < 0.0 { (0.5 * (left - right) / bend).clamp(-0.5, 0.5) } else { 0.0 }
     });
     let seconds = (lag as f64 + part * lag_step as f64) / rate;
-    Some(Delay { seconds, explained: [best, none] })
+    let error_after_turns = error_after_turns(&inputs(lag), &inputs(0), &tips);
+    Some(Delay { seconds, explained: [best, none], error_after_turns })
 }
 
-/// Sum of the squares of `output` that a linear combination of `inputs` explains; 0 where these are zero.
-fn explained_square(inputs: &[Vec<f64>], output: &[f64]) -> f64 {
-    let m = inputs.len();
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let mut gram = vec![0.0; m * m];
-    for i in 0..m {
-        for j in 0..=i {
-            gram[i * m + j] = dot(&inputs[i], &inputs[j]);
+/// Squared error of the tip predicted from late strokes, over that of a tip that rests, in the rows where late and present strokes predict
+/// motions that differ by as much as motions at right angles; infinite where the tip rests, 0 without such rows.
+fn error_after_turns(late: &[Vec<f64>], present: &[Vec<f64>], tips: &[Vec<f64>]) -> f64 {
+    let fitted = Regression::of(late, tips);
+    let (mut error, mut rest) = (0.0, 0.0);
+    for i in 0..tips[0].len() {
+        let (mut squares, mut apart, mut missed, mut moved) = (0.0, 0.0, 0.0, 0.0);
+        for (c, tip) in tips.iter().enumerate() {
+            let [before, now] = [late, present].map(|strokes| fitted.predict(c, strokes, i));
+            squares += before * before + now * now;
+            apart += (before - now).powi(2);
+            missed += (tip[i] - before).powi(2);
+            moved += tip[i] * tip[i];
+        }
+        if apart >= squares {
+            error += missed;
+            rest += moved;
         }
     }
-    let mut right: Vec<f64> = inputs.iter().map(|input| dot(input, output)).collect();
-    // Cholesky's factor; a stroke that others explain counts once.
-    let mut explained = 0.0;
-    for i in 0..m {
-        let original = gram[i * m + i];
-        for j in 0..i {
-            let sum: f64 = (0..j).map(|k| gram[i * m + k] * gram[j * m + k]).sum();
-            let pivot = gram[j * m + j];
-            gram[i * m + j] = if pivot > 0.0 { (gram[i * m + j] - sum) / pivot } else { 0.0 };
+    if error > 0.0 { error / rest } else { 0.0 }
+}
+
+/// Linear combinations of strokes' changes that explain those of the tip, one for each of its axes.
+struct Regression {
+    /// Weight of each stroke, for each axis (axes, m).
+    weights: Vec<Vec<f64>>,
+    /// Sum of the squares that they explain.
+    explained: f64,
+}
+
+impl Regression {
+    /// By Cholesky's factor of the normal equations; a stroke that others explain counts once.
+    fn of(inputs: &[Vec<f64>], outputs: &[Vec<f64>]) -> Self {
+        let m = inputs.len();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let mut factor = vec![0.0; m * m];
+        for i in 0..m {
+            for j in 0..=i {
+                let sum: f64 = (0..j).map(|k| factor[i * m + k] * factor[j * m + k]).sum();
+                let gram = dot(&inputs[i], &inputs[j]);
+                let pivot = factor[j * m + j];
+                factor[i * m + j] = match i == j {
+                    true if gram - sum > 1e-9 * gram => (gram - sum).sqrt(),
+                    false if pivot > 0.0 => (gram - sum) / pivot,
+                    _ => 0.0,
+                };
+            }
         }
-        let left = original - (0..i).map(|k| gram[i * m + k].powi(2)).sum::<f64>();
-        gram[i * m + i] = if left > 1e-9 * original { left.sqrt() } else { 0.0 };
-        let sum: f64 = (0..i).map(|k| gram[i * m + k] * right[k]).sum();
-        right[i] = if gram[i * m + i] > 0.0 { (right[i] - sum) / gram[i * m + i] } else { 0.0 };
-        explained += right[i] * right[i];
+        let (mut weights, mut explained) = (Vec::new(), 0.0);
+        for output in outputs {
+            let mut right: Vec<f64> = inputs.iter().map(|input| dot(input, output)).collect();
+            for i in 0..m {
+                let sum: f64 = (0..i).map(|k| factor[i * m + k] * right[k]).sum();
+                let pivot = factor[i * m + i];
+                right[i] = if pivot > 0.0 { (right[i] - sum) / pivot } else { 0.0 };
+                explained += right[i] * right[i];
+            }
+            for i in (0..m).rev() {
+                let sum: f64 = (i + 1..m).map(|k| factor[k * m + i] * right[k]).sum();
+                let pivot = factor[i * m + i];
+                right[i] = if pivot > 0.0 { (right[i] - sum) / pivot } else { 0.0 };
+            }
+            weights.push(right);
+        }
+        Self { weights, explained }
     }
-    explained
+
+    /// Change of axis `c` in row `i`.
+    fn predict(&self, c: usize, inputs: &[Vec<f64>], i: usize) -> f64 {
+        self.weights[c].iter().zip(inputs).map(|(weight, input)| weight * input[i]).sum()
+    }
 }

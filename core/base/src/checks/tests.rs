@@ -316,6 +316,96 @@ fn hysteresis_is_no_delay() {
     assert_eq!(robot.found(), []);
 }
 
+/// Strokes of four tendons on a square whose sides lie along them, as the plan `synthetic` has it: trapezoids that grow for 10 s, stay,
+/// and shrink for 80 s, in metres.
+fn square(period: f64, size: f64) -> Vec<Vec<f64>> {
+    let corners = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0], [1.0, 0.0]];
+    let rise = |part: f64| 0.5 - 0.5 * (std::f64::consts::PI * part.clamp(0.0, 1.0)).cos();
+    let point = |i: usize| {
+        let t = i as f64 / RATE;
+        let grown = size * rise(t / 10.0).min(rise((151.5 - t) / 80.0));
+        let sides = 4.0 * (t / period).fract();
+        let (side, part) = (sides as usize, sides.fract());
+        let [x, y] = [0, 1].map(|c| corners[side][c] * (1.0 - part) + corners[side + 1][c] * part);
+        // Turned by 45 degrees.
+        [grown * (x - y) * 0.5_f64.sqrt(), grown * (x + y) * 0.5_f64.sqrt()]
+    };
+    let points: Vec<[f64; 2]> = (0..(155.0 * RATE) as usize).map(point).collect();
+    let along = |c: usize, sign: f64| points.iter().map(|point| sign * point[c]).collect();
+    vec![along(0, 1.0), along(1, 1.0), along(0, -1.0), along(1, -1.0)]
+}
+
+/// A tip that follows two crossed tendons behind a play, in metres, and `late` rows later.
+fn behind_play(strokes: &[Vec<f64>], width: f64, late: usize, noise: f64) -> Robot {
+    let mut stream = rng(7, "noise");
+    let held = |values: &[f64]| {
+        let mut at = values[0];
+        values
+            .iter()
+            .map(|s| {
+                at = at.clamp(s - 0.5 * width, s + 0.5 * width);
+                at
+            })
+            .collect::<Vec<f64>>()
+    };
+    let mut axis = |k: usize| -> Vec<f64> {
+        let tip = Robot::late(&held(&strokes[k]), late);
+        tip.iter().map(|x| 4.0 * x + noise * normal(&mut stream)).collect()
+    };
+    let (x, y) = (axis(0), axis(1));
+    let n = x.len();
+    let time = (0..n).map(|i| i as f64 / RATE).collect();
+    let tip = vec![x, y, vec![0.08; n]];
+    Robot { time, strokes: strokes.to_vec(), tip, gap: vec![false; n], others: Vec::new() }
+}
+
+fn delay_of(robot: &Robot) -> Option<Warning> {
+    robot.found().into_iter().find(|one| one.kind == Finding::Delay)
+}
+
+#[test]
+fn a_robot_that_stands_while_its_tendons_are_slack_has_no_tracker_that_stopped() {
+    // Slack is taken up, slowly and without a sound of the tracker: the tip rests, and goes on where it is.
+    let strokes = square(13.0, 11e-3);
+    let mut robot = behind_play(&strokes, 4e-3, 0, 0.0);
+    // Until it does not move any more: nothing follows then that could tell.
+    let n = 100 * RATE as usize;
+    robot.tip.iter_mut().chain(&mut robot.strokes).for_each(|values| values.truncate(n));
+    (robot.time.truncate(n), robot.gap.truncate(n));
+    let still = |robot: &Robot| robot.found().into_iter().find(|one| one.kind == Finding::Frozen);
+    let rests = (1..robot.time.len()).filter(|i| (0..2).all(|c| robot.tip[c][*i] == robot.tip[c][i - 1]));
+    assert!(rests.count() > 500);
+    assert_eq!(still(&robot), None);
+    // The same, and a tracker that repeats a pose for two seconds and then shows where the tip has gone.
+    let mut stopped = robot;
+    stopped.tip.iter_mut().for_each(|axis| (4001..4200).for_each(|i| axis[i] = axis[4000]));
+    assert!(still(&stopped).is_some_and(|one| one.value > 1.9));
+}
+
+#[test]
+fn play_on_a_square_is_no_delay() {
+    for period in [10.0, 13.0, 20.0] {
+        let strokes = square(period, 11e-3);
+        for width in [0.0, 0.2e-3, 0.5e-3, 1e-3, 2e-3, 4e-3] {
+            for noise in [0.0, 5e-5] {
+                let found = delay_of(&behind_play(&strokes, width, 0, noise));
+                assert!(found.is_none(), "{period} s, {width} m, {noise}: {found:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_delay_is_found_next_to_play() {
+    let strokes = square(13.0, 11e-3);
+    for width in [0.0, 0.5e-3, 2e-3] {
+        let delay = delay_of(&behind_play(&strokes, width, 30, 5e-5));
+        // Of which play looks like a part.
+        let limits = 0.27..0.33 + 2e2 * width;
+        assert!(delay.as_ref().is_some_and(|delay| limits.contains(&delay.value)), "{width} m: {delay:?}");
+    }
+}
+
 #[test]
 fn copies_are_found_in_others_and_within() {
     let [train, other] = [1, 2].map(|seed| Robot::new(seed).recording());
