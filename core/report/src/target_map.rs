@@ -59,8 +59,12 @@ impl Figure for TargetMap {
 
     fn legend(&self) -> Vec<LegendEntry> {
         let mut names = vec![("target".to_owned(), TARGET), ("way to it".to_owned(), WAY)];
-        if self.goals.is_some() {
-            names.extend([("reached".to_owned(), REACHED), ("out of reach".to_owned(), MISSED)]);
+        let goals = || self.goals.iter().flatten();
+        if goals().any(|goal| goal.missed_at.is_none()) {
+            names.push(("reached".to_owned(), REACHED));
+        }
+        if goals().any(|goal| goal.missed_at.is_some()) {
+            names.push(("out of reach".to_owned(), MISSED));
         }
         names
     }

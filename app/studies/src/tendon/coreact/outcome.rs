@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// The numbers of `study coreact`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct CoreactMetrics {
-    /// TwinAblation of `typical`, and the best of them by a tracker without drift.
+    /// Twins of the ablation of `typical`, and the best of them by a tracker without drift.
     pub ladders: Vec<TwinTable>,
     /// Rollouts on random plans.
     pub stability: Stability,

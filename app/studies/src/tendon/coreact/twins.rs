@@ -1,4 +1,4 @@
-//! TwinAblation of a robot, made by commands of the program, and their errors on test trajectories.
+//! Ablations of a robot, made by commands of the program, and their errors on test trajectories.
 
 use std::path::{Path, PathBuf};
 

@@ -10,7 +10,7 @@ use crate::tendon::coreact::TwinTable;
 pub struct LayoutMetrics {
     /// One for each layout.
     pub layouts: Vec<LayoutReach>,
-    /// TwinAblation with these layouts.
+    /// Twins of the ablation with these layouts.
     pub ladder: TwinTable,
 }
 

@@ -8,6 +8,6 @@ use crate::tendon::coreact::TwinTable;
 /// The numbers of `study robots`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct RobotsMetrics {
-    /// TwinAblation of every preset, and those of `typical` on the population around it.
+    /// Twins of the ablation of every preset, and those of `typical` on the population around it.
     pub ladders: Vec<TwinTable>,
 }

@@ -52,6 +52,9 @@ pub(super) fn write(
     folder.write_page(page, &outcome.commit)
 }
 
+/// A limit above so many times the largest torque is named and not drawn: next to it the torque would be a flat line.
+const LIMIT_DRAWN: f64 = 4.0;
+
 fn torques(model: &Model, states: &Recording) -> anyhow::Result<TimeChart> {
     let dynamics = dynamics_of_rows(
         model,
@@ -66,13 +69,22 @@ fn torques(model: &Model, states: &Recording) -> anyhow::Result<TimeChart> {
         // `signum` of zero is one: at rest there is no friction.
         let sign = |v: f64| if v == 0.0 { 0.0 } else { v.signum() };
         let whole = tau.iter().zip(dq).map(|(t, v)| t + drive.dry_friction * sign(*v));
-        let mut curves = vec![Curve::new("torque", 0, whole.collect())];
-        for (name, sign) in [("limit", 1.0), ("limit, backwards", -1.0)] {
-            let limit = drive.effort_limit.map(|most| Curve::new(name, 3, vec![sign * most; tau.len()]));
-            curves.extend(limit);
-        }
+        let whole: Vec<f64> = whole.collect();
+        let peak = whole.iter().fold(0.0_f64, |peak, tau| peak.max(tau.abs()));
+        let mut curves = vec![Curve::new("torque", 0, whole)];
         let unit = if joint.kind == JointKind::Revolute { "N m" } else { "N" };
-        Ok(TimePanel::new(format!("{} [{unit}]", joint.name), curves))
+        let mut title = format!("{} [{unit}]", joint.name);
+        match drive.effort_limit {
+            Some(limit) if limit > LIMIT_DRAWN * peak => {
+                title += &format!(", limit ±{}", hysteron_base::number::shown(limit));
+            }
+            Some(limit) => curves.extend([
+                Curve::new("upper limit", 3, vec![limit; tau.len()]),
+                Curve::new("lower limit", 4, vec![-limit; tau.len()]),
+            ]),
+            None => {}
+        }
+        Ok(TimePanel::new(title, curves))
     };
     let panels = model.joints().iter().enumerate().map(panel).collect::<anyhow::Result<_>>()?;
     let caption = "What every joint has to be driven with over time [s], friction of the robot's file included, and its limit.";

@@ -54,7 +54,7 @@ pub struct Options {
     /// Error of a coordinate from which on it counts linearly rather than squared
     #[cfg_attr(feature = "clap", arg(long, value_name = "MM", value_parser = crate::shared::number::length_mm))]
     pub huber_mm: Option<f64>,
-    /// TipFrame of the measured tip: the scene's (a tip that rests elsewhere is refused), the scene's wherever the tip
+    /// Frame of the measured tip: the scene's (a tip that rests elsewhere is refused), the scene's wherever the tip
     /// rests, or one to be found
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = FrameChoice::Scene))]
     pub frame: FrameChoice,

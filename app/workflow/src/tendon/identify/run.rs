@@ -73,7 +73,7 @@ fn identify_recordings(options: &Options, context: &Context) -> anyhow::Result<O
     let n_done = rows.len();
     let outcome = Outcome::new(rows, excluded, &findings, (&scene.hash, context));
     print(&outcome.recordings, context);
-    let title = format!("AuxiliaryLimits strokes of {}", scene.name);
+    let title = format!("Auxiliary strokes of {}", scene.name);
     let policy = if network.is_some() { StrokeChoice::ByNetwork } else { StrokeChoice::ByQps };
     page::write(&ReportFolder { path: &options.out, png: false }, &title, policy, &outcome)?;
     context.reported(&options.out);

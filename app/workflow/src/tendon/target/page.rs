@@ -70,6 +70,7 @@ fn map(target: &TargetPath, reach: Option<&Reach>) -> TargetMap {
     let caption = "The target's curve, dashed, and the way to it from rest, at (0, 0).".to_owned()
         + match reach {
             None => "",
+            Some(reach) if reach.out_of_reach == 0 => " Dots: points, which the twin reaches.",
             Some(_) => {
                 " Dots: points that the twin reaches, and those that it does not, with a line to its tip."
             }
