@@ -182,14 +182,14 @@ impl TendonModel {
     }
 
     /// Tensions and slips for segments of `lengths` (n_segments) [m], guides that turn the tendon by `wraps`
-    /// (n_segments + 1; first and last unused) [rad], and `wound`, the tendon pulled at the pulley [m].
+    /// (n_segments + 1; first and last unused) [rad], and `stroke`, the tendon pulled at the pulley [m].
     /// Starts from the statuses in `trial` and measures slip from the present state.
-    pub fn solve(&self, lengths: &[f64], wraps: &[f64], wound: f64, trial: &mut TendonTrial) {
+    pub fn solve(&self, lengths: &[f64], wraps: &[f64], stroke: f64, trial: &mut TendonTrial) {
         let m = self.n_segments();
         for j in 1..m {
             trial.factors[j] = capstan_factor(self.spec.friction, wraps[j]);
         }
-        trial.slips[0] = wound;
+        trial.slips[0] = stroke;
         trial.slips[m] = 0.0;
         trial.has_cycled = false;
         if self.spec.law != FrictionLaw::Coulomb {

@@ -229,7 +229,7 @@ pub fn rows(repetitions: usize, n: usize) -> Result<Vec<TableRow>> {
         rows.push(row("identification", identified, 400.0));
         rows.push(row("rollout with network", rolled_out, 1000.0));
         let [sensing, bare] = [&sensing_times, &bare_times].map(|times| 1e3 * percentile(times, 0.99));
-        let name = format!("4 + 36 tendons, {what}: tensions and tip force told, 99 % of samples");
+        let name = format!("4 + 36 tendons, {what}: tensions and tip force estimated, 99 % of samples");
         rows.push(
             TableRow::new(name, sensing, "ms")
                 .against(bare, "the rollout alone")

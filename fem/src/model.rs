@@ -113,8 +113,8 @@ impl FemModel {
         let first = held.clone().next().unwrap_or_default();
         let arms: Vec<Vector3<f64>> = held.map(|node| node - first).collect();
         let along = arms.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_default();
-        let beside = arms.iter().map(|arm| arm.cross(&along).norm()).fold(0.0, f64::max);
-        if arms.len() >= 3 && beside > BESIDE * along.norm_squared() {
+        let off_line = arms.iter().map(|arm| arm.cross(&along).norm()).fold(0.0, f64::max);
+        if arms.len() >= 3 && off_line > OFF_LINE_MIN * along.norm_squared() {
             return Ok(());
         }
         let found = match arms.len() {
@@ -224,7 +224,7 @@ impl FemModel {
 
 /// Distance from the line through the others at which a clamped node counts as off it, over the clamp's
 /// length [-].
-const BESIDE: f64 = 1e-6;
+const OFF_LINE_MIN: f64 = 1e-6;
 
 fn renumbered<const N: usize>(cells: &[[u32; N]], model_node: &[u32]) -> Vec<[u32; N]> {
     cells.iter().map(|cell| cell.map(|file| model_node[file as usize])).collect()

@@ -1,5 +1,5 @@
-//! All that must be saved to resume: node positions, tensions, how much of the load is applied, and what friction and
-//! backlash remember.
+//! All that must be saved to resume: node positions, tensions, how much of the load is applied, and the history of
+//! friction and backlash.
 
 /// A configuration of the twin.
 #[derive(Debug, Clone, PartialEq, Default)]

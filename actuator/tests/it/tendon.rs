@@ -51,17 +51,17 @@ impl Pulled {
     }
 
     /// One increment; returns what the guides turned into heat.
-    fn step(&mut self, wound: f64) -> f64 {
+    fn step(&mut self, stroke: f64) -> f64 {
         let heat = self.tendon.dissipated;
-        self.tendon.solve(&self.lengths, &wraps(), wound, &mut self.trial);
+        self.tendon.solve(&self.lengths, &wraps(), stroke, &mut self.trial);
         self.tendon.commit(&self.trial);
         // Work by the mean of the tensions: exact where they are linear over the step.
         let tensions = &self.tendon.tensions;
-        self.work += 0.5 * (tensions[0] + self.before.0[0]) * (wound - self.before.1);
+        self.work += 0.5 * (tensions[0] + self.before.0[0]) * (stroke - self.before.1);
         for i in 0..M {
             self.work += 0.5 * (tensions[i] + self.before.0[i]) * (self.lengths[i] - self.before.2[i]);
         }
-        self.before = (tensions.clone(), wound, self.lengths.clone());
+        self.before = (tensions.clone(), stroke, self.lengths.clone());
         self.tendon.dissipated - heat
     }
 }
@@ -182,13 +182,13 @@ fn work_over_a_closed_cycle_is_heat() {
 #[test]
 fn tangent_is_the_derivative_of_the_tensions() {
     // Not between: guides that have slid and not yet slid back stand on the edge of their cone.
-    for (wound, back) in [(2e-3, -0.1e-3), (2e-3, 1.2e-3)] {
+    for (stroke, back) in [(2e-3, -0.1e-3), (2e-3, 1.2e-3)] {
         let mut pulled = Pulled::new(0.3);
         for k in 1..=20 {
-            pulled.step(wound * k as f64 / 20.0);
+            pulled.step(stroke * k as f64 / 20.0);
         }
-        let wound = wound - back;
-        pulled.tendon.solve(&pulled.lengths, &wraps(), wound, &mut pulled.trial);
+        let stroke = stroke - back;
+        pulled.tendon.solve(&pulled.lengths, &wraps(), stroke, &mut pulled.trial);
         pulled.trial.tangent(&pulled.tendon);
         let tangent = pulled.trial.tangent.clone();
         let h = 1e-9;
@@ -196,7 +196,7 @@ fn tangent_is_the_derivative_of_the_tensions() {
             let mut shifted = |sign: f64| {
                 let mut lengths = pulled.lengths.clone();
                 lengths[column] += sign * h;
-                pulled.tendon.solve(&lengths, &wraps(), wound, &mut pulled.trial);
+                pulled.tendon.solve(&lengths, &wraps(), stroke, &mut pulled.trial);
                 pulled.trial.tensions.clone()
             };
             let (high, low) = (shifted(1.0), shifted(-1.0));
@@ -242,12 +242,12 @@ proptest! {
         friction in 0.0..0.8f64,
     ) {
         let mut pulled = Pulled::new(friction);
-        for (wound, strains) in steps {
+        for (stroke, strains) in steps {
             for i in 1..M {
                 pulled.lengths[i] = LENGTH * (1.0 + strains[i]);
             }
             let old = pulled.tendon.slips.clone();
-            let heat = pulled.step(wound);
+            let heat = pulled.step(stroke);
             prop_assert!(heat >= -1e-12, "{heat}");
             let tendon = &pulled.tendon;
             for j in 1..M {
@@ -275,14 +275,14 @@ fn wander(law: FrictionLaw, friction: f64, seed: u64) -> (TendonModel, usize) {
         (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
     };
     let rest = tendon.spec.rest_lengths.clone();
-    let (mut wound, mut lengths, mut n_stuck) = (1e-3, rest.clone(), 0);
+    let (mut stroke, mut lengths, mut n_stuck) = (1e-3, rest.clone(), 0);
     for _ in 0..2000 {
-        wound = f64::clamp(wound + 1e-3 * draw(), -2e-3, 5e-3);
+        stroke = f64::clamp(stroke + 1e-3 * draw(), -2e-3, 5e-3);
         for (length, rest) in lengths.iter_mut().zip(&rest) {
             *length = f64::clamp(*length + 5e-5 * draw(), rest - 2e-4, rest + 2e-4);
         }
         let turns = wraps();
-        tendon.solve(&lengths, &turns, wound, &mut trial);
+        tendon.solve(&lengths, &turns, stroke, &mut trial);
         n_stuck += usize::from(trial.has_cycled);
         for j in 1..M {
             let (before, after) = (trial.tensions[j - 1], trial.tensions[j]);
@@ -318,8 +318,8 @@ fn friction_that_gives_way_at_once_is_coulombs() {
     let pulled = |law| {
         let mut tendon = tendon_of(0.3, law);
         let (mut trial, lengths) = (tendon.trial(), tendon.spec.rest_lengths.clone());
-        for wound in [1e-3, 3e-3, 2.5e-3, 0.5e-3, 2e-3] {
-            tendon.solve(&lengths, &wraps(), wound, &mut trial);
+        for stroke in [1e-3, 3e-3, 2.5e-3, 0.5e-3, 2e-3] {
+            tendon.solve(&lengths, &wraps(), stroke, &mut trial);
             tendon.commit(&trial);
         }
         tendon.tensions
@@ -338,8 +338,8 @@ fn tangent_of_friction_that_gives_way_is_the_derivative() {
     for law in [FrictionLaw::Dahl(2e-4), FrictionLaw::Prandtl(2e-4)] {
         let mut tendon = tendon_of(0.3, law);
         let (mut trial, mut lengths) = (tendon.trial(), tendon.spec.rest_lengths.clone());
-        for wound in [1e-3, 3e-3] {
-            tendon.solve(&lengths, &wraps(), wound, &mut trial);
+        for stroke in [1e-3, 3e-3] {
+            tendon.solve(&lengths, &wraps(), stroke, &mut trial);
             tendon.commit(&trial);
         }
         let mut at = |lengths: &[f64]| {

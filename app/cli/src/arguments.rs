@@ -69,7 +69,7 @@ pub struct Program {
     /// Threads to use [default: all cores]; results do not depend on it
     #[arg(long, global = true, help_heading = "Options of all verbs", value_name = "N", value_parser = number::threads)]
     threads: Option<usize>,
-    /// Print what came of it as JSON, and nothing else on stdout
+    /// Print the outcome as JSON, and nothing else on stdout
     #[arg(long, global = true, help_heading = "Options of all verbs")]
     json: bool,
 }

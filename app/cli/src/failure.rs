@@ -44,7 +44,7 @@ pub fn exit_code(error: &anyhow::Error) -> u8 {
 }
 
 /// True where a command that this program had started has printed the error: one line of errors is enough.
-pub fn is_told(error: &anyhow::Error) -> bool {
+pub fn is_reported(error: &anyhow::Error) -> bool {
     failed_command(error).is_some_and(|failed| *failed != CommandFailed::Killed)
 }
 
@@ -55,7 +55,7 @@ mod tests {
     #[test]
     fn what_a_command_has_told_is_not_told_again() {
         let failed = |how: CommandFailed| anyhow::Error::new(how).context("[2/5] identify");
-        for (how, code, is_told_already) in [
+        for (how, code, is_reported_already) in [
             (CommandFailed::Ended(1), 1, true),
             (CommandFailed::Ended(2), 2, true),
             (CommandFailed::Interrupted, 1, true),
@@ -63,7 +63,7 @@ mod tests {
         ] {
             let through_a_door = anyhow::Error::new(WorkflowError::from(failed(how)));
             for error in [failed(how), through_a_door] {
-                assert_eq!((exit_code(&error), is_told(&error)), (code, is_told_already), "{how:?}");
+                assert_eq!((exit_code(&error), is_reported(&error)), (code, is_reported_already), "{how:?}");
             }
         }
     }

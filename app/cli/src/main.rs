@@ -42,7 +42,7 @@ fn main() -> ExitCode {
             if let Some(refused) = refused(&error) {
                 terminal::print_outcome(&refused.outcome);
             }
-            if failure::is_told(&error) {
+            if failure::is_reported(&error) {
                 tracing::warn!("{error:#}");
             } else {
                 terminal::report_error(&error);

@@ -268,7 +268,7 @@ mod tests {
                         v == [low, high][end] && outwards * force >= dry - tolerance
                     }
                 };
-                assert!(right, "{seed}: joint {i}: {:?}, {force} beside {dry}", qp.contacts[i]);
+                assert!(right, "{seed}: joint {i}: {:?}, {force} against {dry}", qp.contacts[i]);
                 let kind = match qp.contacts[i] {
                     ContactState::Slides(_) => 0,
                     ContactState::Sticks => 1,

@@ -273,7 +273,7 @@ impl<T: Scalar> ArmStepper<T> {
         gradient: &mut StepGradient<T>,
     ) {
         let h = self.period;
-        // By q̇⁺, all told; by the acceleration it is h times that.
+        // The total derivative by q̇⁺; that by the acceleration is h times as large.
         for i in 0..q.len() {
             dq[i] = q[i].scale(h) + dq[i];
             self.torque[i] = dq[i].scale(h);

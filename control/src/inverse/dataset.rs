@@ -227,7 +227,8 @@ fn check_alike(all: &[Demonstration]) -> Result<(), BadInput> {
             return Err(BadInput::new(&one.name, expected, &one.robot));
         }
         if one.axes != first.axes {
-            let expected = format!("tips told by {}, as {}", first.axes.names().join(", "), first.name);
+            let expected =
+                format!("tips measured along {}, as {}", first.axes.names().join(", "), first.name);
             return Err(BadInput::new(&one.name, expected, one.axes.names().join(", ")));
         }
         if one.n_tendons != first.n_tendons {

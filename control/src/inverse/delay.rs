@@ -62,9 +62,9 @@ pub(super) fn fit_delay(
     if tried[&found] > (1.0 - MIN_GAIN) * tried[&0] {
         return Ok(0.0);
     }
-    let beside =
+    let neighbours =
         found.checked_sub(1).and_then(|before| Some((*tried.get(&before)?, *tried.get(&(found + 1))?)));
-    let Some((before, after)) = beside else { return Ok(found as f64) };
+    let Some((before, after)) = neighbours else { return Ok(found as f64) };
     let bend = before - 2.0 * tried[&found] + after;
     let part = if bend > 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
     Ok(found as f64 + part)

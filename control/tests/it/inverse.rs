@@ -305,7 +305,7 @@ fn data_that_do_not_go_together_are_refused() {
     let slower = Demonstration { step: 0.1, ..twin.clone() };
     assert!(refusal(&[&real, &slower], &[]).contains("20.0000 Hz, as a, got 10.0000 Hz"));
     let spatial = Demonstration { axes: Axes::Spatial, ..twin.clone() };
-    assert!(refusal(&[&real, &spatial], &[]).contains("tips told by x, y, as a, got x, y, z"));
+    assert!(refusal(&[&real, &spatial], &[]).contains("tips measured along x, y, as a, got x, y, z"));
     let fewer = Demonstration { n_tendons: 2, ..twin.clone() };
     assert!(refusal(&[&real, &fewer], &[]).contains("4 tendons, as a, got 2"));
     // Rig and twin together, validated on the rig.
@@ -351,8 +351,8 @@ fn a_recorded_jacobian_weighs_strokes_by_what_they_do() {
     let mut options = quick_for(15);
     options.loss.tip = 100.0;
     let weighed = fit(&data, &options).held_out_mm;
-    let (seen, unseen) = (root_mean(&weighed[..2]), root_mean(&weighed[2..]));
-    assert!(seen < unseen, "{weighed:?}");
+    let (effective, ineffective) = (root_mean(&weighed[..2]), root_mean(&weighed[2..]));
+    assert!(effective < ineffective, "{weighed:?}");
 }
 
 #[test]

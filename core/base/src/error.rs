@@ -73,7 +73,7 @@ impl std::error::Error for BadInput {}
 /// Error of a function of `base`: bad input, or a failure of the file system.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The input is wrong: the person who gave it can mend it.
+    /// User error: the input is wrong and the user can correct it.
     #[error(transparent)]
     BadInput(#[from] BadInput),
     /// The file system refused.
@@ -121,16 +121,16 @@ mod tests {
     }
 
     #[test]
-    fn what_is_empty_is_told_in_a_word() {
+    fn empty_values_are_reported_as_empty() {
         assert_eq!(BadInput::new("version", "2", " ").to_string(), "version: expected 2, got nothing");
     }
 
     #[test]
     fn of_what_a_file_makes_long_beginning_and_end_are_told() {
         let long = format!("begins{}ends", "ä".repeat(100_000));
-        let told = BadInput::new(&long, "few words", &long).within("a.toml").to_string();
-        assert!(told.starts_with("a.toml: begins") && told.ends_with("ends"), "{told}");
-        assert!(told.chars().count() < 3 * LONGEST_REPEATED, "{}", told.len());
+        let message = BadInput::new(&long, "few words", &long).within("a.toml").to_string();
+        assert!(message.starts_with("a.toml: begins") && message.ends_with("ends"), "{message}");
+        assert!(message.chars().count() < 3 * LONGEST_REPEATED, "{}", message.len());
         let fits = "ä".repeat(LONGEST_REPEATED);
         assert_eq!(BadInput::new("", "few words", &fits).found, fits);
     }

@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_error_is_told_and_what_has_not_begun_is_left() {
+    fn the_first_error_is_reported_and_the_remaining_work_is_skipped() {
         let items: Vec<usize> = (0..10_000).collect();
         let n_begun = AtomicUsize::new(0);
         let found = try_map(&items, |k| {

@@ -40,9 +40,9 @@ pub struct IdentifiedParameter {
 }
 
 /// Standard deviation of a number drawn evenly from 0 to 1.
-const EVEN: f64 = 0.2887;
+const UNIFORM_DEVIATION: f64 = 0.2887;
 /// Share of the prior's standard deviation below which the data must bring the standard error [-].
-const TOLD: f64 = 0.5;
+const INFORMATIVE_SHARE: f64 = 0.5;
 /// Share of a direction, or correlation, from which on a parameter is named with another.
 const NAMED: f64 = 0.3;
 const CORRELATED: f64 = 0.9;
@@ -123,7 +123,9 @@ pub fn vague(
     kept: &[usize],
 ) -> Option<(usize, Vec<usize>)> {
     let vagueness = |a: usize| {
-        let believed = parameters[free[a]].prior_width().map_or(EVEN, |width| EVEN.min(TOLD * width));
+        let believed = parameters[free[a]]
+            .prior_width()
+            .map_or(UNIFORM_DEVIATION, |width| UNIFORM_DEVIATION.min(INFORMATIVE_SHARE * width));
         covariance[(a, a)].sqrt() / believed
     };
     let candidates = (0..free.len()).filter(|&a| !kept.contains(&free[a]));

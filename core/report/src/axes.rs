@@ -12,7 +12,7 @@ use crate::sheet::{BELOW, LEFT, Sheet, TEXT};
 
 /// Room for labels left of an axis whose name stands above it [px].
 pub(crate) const LEFT_OF_NAMED_ABOVE: f64 = 58.0;
-/// Air left of a name beside an axis: letters reach farther than backends reckon [px].
+/// Space left of a name at the side of an axis: letters reach farther than backends reckon [px].
 const EDGE: f64 = 3.0;
 /// Room for a name above an axis [px].
 pub(crate) const NAME_ABOVE: f64 = 20.0;
@@ -36,7 +36,7 @@ pub enum Abscissas {
 /// Place of the name of the vertical axis.
 #[derive(Clone, Copy, PartialEq)]
 enum NamePlace {
-    Beside,
+    Side,
     Above,
 }
 
@@ -55,7 +55,7 @@ where
         check([(x_name, &x), (y_name, &y)])?;
         let (width, height) = self.size();
         let x = Axis::new(&x, (width / TICK[0]) as usize);
-        self.axes(x, Axis::new(&y, (height / TICK[1]) as usize), [x_name, y_name], NamePlace::Beside)
+        self.axes(x, Axis::new(&y, (height / TICK[1]) as usize), [x_name, y_name], NamePlace::Side)
     }
 
     /// The same with the name of the vertical axis above it, however long.
@@ -81,7 +81,7 @@ where
         let (width, height) = self.size();
         let below = if names[0].is_empty() { BELOW_WITHOUT_LABELS } else { BELOW };
         let (left, above) = match place {
-            NamePlace::Beside => (LEFT, 0.0),
+            NamePlace::Side => (LEFT, 0.0),
             NamePlace::Above => (LEFT_OF_NAMED_ABOVE, NAME_ABOVE),
         };
         let x = x.thinned(width - left, |label| self.text_width(label) + BETWEEN_LABELS);
@@ -93,7 +93,7 @@ where
             .set_label_area_size(LabelAreaPosition::Bottom, self.px(below))
             .build_cartesian_2d(x.clone(), y.clone())?;
         let text = self.text_style(TEXT, Pos::new(HPos::Left, VPos::Center));
-        // The last label may be wider than what is left beside the axes.
+        // The last label may be wider than the space next to the axes.
         let edge = width + self.room;
         let x_label = |tick: &f64| {
             let label = x.label(*tick);
@@ -112,7 +112,7 @@ where
         if !names[0].is_empty() {
             mesh.x_desc(x.named(names[0]));
         }
-        if place == NamePlace::Beside {
+        if place == NamePlace::Side {
             mesh.y_desc(y.named(names[1]));
         }
         mesh.draw()?;
@@ -120,7 +120,7 @@ where
             self.text(&y.named(names[1]), 0.0, 0.5 * NAME_ABOVE - 2.0)?;
         }
         let (across, down) = chart.plotting_area().get_pixel_range();
-        self.remember(AxesPlace {
+        self.record_place(AxesPlace {
             at: [across.start, down.start, across.end - across.start, down.end - down.start],
             x: x.ends(),
             y: y.ends(),

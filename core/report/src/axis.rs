@@ -20,7 +20,7 @@ const FAR: f64 = 1e3;
 /// Largest and smallest label without a power of ten.
 const LARGEST_LABEL: f64 = 1e5;
 const SMALLEST_LABEL: f64 = 1e-2;
-/// Most characters of a label: so many have room beside an axis.
+/// Most characters of a label that fit next to an axis.
 const LONGEST_LABEL: usize = 6;
 /// Widths of the range away from zero beyond which labels that are too long count from an offset.
 const AWAY: f64 = 5.0;

@@ -29,7 +29,7 @@ pub struct BodyViews {
 
 /// A line that pulls a body.
 pub struct TensionLine {
-    /// Name beside the colour bar.
+    /// Name next to the colour bar.
     pub name: String,
     /// Weight in the figure.
     pub rank: Rank,
@@ -42,7 +42,7 @@ pub struct TensionLine {
 /// Weight of a line in a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rank {
-    /// Drawn wide, its tension beside the colour bar.
+    /// Drawn wide, its tension next to the colour bar.
     Primary,
     /// Drawn thin, without its tension in figures.
     Auxiliary,

@@ -30,7 +30,7 @@ pub struct ErrorPaths {
     pub paths: Vec<ErrorPath>,
 }
 
-/// A path beside its target.
+/// A path compared with its target.
 pub struct ErrorPath {
     /// Name of the tile.
     pub name: String,

@@ -12,7 +12,7 @@ use crate::page::{Page, write_metrics, write_page};
 pub struct ReportFolder<'a> {
     /// Folder of all files.
     pub path: &'a Path,
-    /// Figures are written as PNG too, beside the SVG.
+    /// Figures are written as PNG too, next to the SVG.
     pub png: bool,
 }
 

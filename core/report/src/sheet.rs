@@ -65,7 +65,7 @@ where
     }
 
     /// Remembers a pair of axes.
-    pub(crate) fn remember(&self, plot: AxesPlace) {
+    pub(crate) fn record_place(&self, plot: AxesPlace) {
         self.plots.borrow_mut().push(plot);
     }
 

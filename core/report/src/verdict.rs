@@ -145,7 +145,7 @@ pub const RULES: [Rule; 15] = [
         Criterion::ConditionNumber,
         30.0,
         None,
-        "from 30 on some parameters can hardly be told apart (Belsley, Kuh, Welsch, 1980)",
+        "from 30 on some parameters can hardly be distinguished (Belsley, Kuh, Welsch, 1980)",
     ),
     rule(
         Criterion::ParametersOverResiduals,

@@ -48,7 +48,7 @@ pub enum EventKind {
     TrackerCorrupt,
     /// A tendon near the load limit is pulled no further, or again.
     Hold,
-    /// A contact was told from what is measured, or is over.
+    /// A contact was detected from the measurements, or has ended.
     Contact,
     /// A limit was passed.
     Limit,

@@ -74,7 +74,7 @@ pub trait Hardware {
     /// # Errors
     /// `Bus` naming the servos that did not confirm.
     fn hold(&mut self) -> Result<()>;
-    /// Channels of instruments besides servos and tracker, as recordings name them; none unless said otherwise.
+    /// Channels of instruments other than servos and tracker, as recordings name them; none unless said otherwise.
     fn instruments(&self) -> Vec<String> {
         Vec::new()
     }

@@ -1,5 +1,5 @@
-//! A rig on its ports: servos on a serial bus, the tip by OpenIGTLink. Whether there is hardware or an emulator behind
-//! them cannot be told from here.
+//! A rig on its ports: servos on a serial bus, the tip by OpenIGTLink. This module does not know whether hardware or an emulator is
+//! behind them.
 
 use crate::bus::{BusCounts, RegisterBaseline, ServoBus, ServoReport};
 use crate::config::{RigConfig, TrackerConfig, TrackerSource};
@@ -99,7 +99,7 @@ impl LiveRig {
         let reason = events.iter().rev().find(is_of_tracker).map(|event| event.message.as_str());
         let mut survey = TrackerSurvey::of(&poses, &config, reason);
         let damaged = events.iter().rev().find(|event| event.kind == EventKind::TrackerCorrupt);
-        survey.doubts.extend(damaged.map(|event| format!("damaged messages: {}", event.message)));
+        survey.warnings.extend(damaged.map(|event| format!("damaged messages: {}", event.message)));
         Ok(Some(survey))
     }
 }

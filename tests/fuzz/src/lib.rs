@@ -109,7 +109,7 @@ fn processor_time() -> Duration {
     }
 }
 
-/// From here on [`peak_memory`] is that of what follows, where the system can forget.
+/// From here on [`peak_memory`] is that of what follows, where the system can reset it.
 fn forget_peak_memory() {
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }

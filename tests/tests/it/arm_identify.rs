@@ -360,9 +360,9 @@ fn logs_without_currents_at_two_gains_become_a_neural_actuator() {
     // The drive that made the logs: what is left is steps and filters of the import.
     let [drive, _] = errors("drive.safetensors");
     assert!(drive < 0.1 * servo, "{drive} {servo}");
-    let told = std::fs::read_to_string(at("a.csv")).unwrap();
-    assert!(told.contains("position_gain"));
-    std::fs::write(at("a.csv"), told.replace("position_gain", "position_gone")).unwrap();
+    let text = std::fs::read_to_string(at("a.csv")).unwrap();
+    assert!(text.contains("position_gain"));
+    std::fs::write(at("a.csv"), text.replace("position_gain", "position_gone")).unwrap();
     std::fs::remove_file(at("b.csv")).unwrap();
     std::fs::copy(at("a.csv"), at("b.csv")).unwrap();
     refused(&fit("drive", &["--drive", "drive.toml", "--overwrite"]), &["a.csv", "position_gain"]);

@@ -135,7 +135,7 @@ fn a_robot_that_rests_aside_has_synthetic_data_too() {
 }
 
 #[test]
-fn an_empty_set_is_told_and_not_drawn() {
+fn an_empty_set_is_reported_and_not_drawn() {
     let place = Workplace::new();
     place.write("short.toml", PLAN);
     let scene = String::from_utf8(place.read("scene.toml")).unwrap();

@@ -88,11 +88,11 @@ fn servos_of_virtual_rigs_come_back_within_their_standard_errors() {
 }
 
 #[test]
-fn slack_tendons_tell_friction_and_the_rest_is_named_with_what_to_record() {
+fn slack_tendons_identify_friction_and_the_rest_is_named_with_what_to_record() {
     let place = tempfile::tempdir().unwrap();
     let folder = place.path();
     run(folder, &["record", "--rig", "virtual:typical", "--plan", "quick", "--out", "quick"]).succeeded();
-    let told = run(
+    let identified = run(
         folder,
         &[
             "identify-servo",
@@ -107,7 +107,7 @@ fn slack_tendons_tell_friction_and_the_rest_is_named_with_what_to_record() {
         ],
     )
     .succeeded();
-    let value: Value = json::from_text(&told.stdout).unwrap();
+    let value: Value = json::from_text(&identified.stdout).unwrap();
     for servo in value["servos"].as_array().unwrap() {
         let [coulomb, error] = estimate(servo, "coulomb_n_m").map(Option::unwrap);
         // Slack is estimated from loads alone, with some tendons among it that are hardly taut.

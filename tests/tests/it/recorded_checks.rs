@@ -33,7 +33,7 @@ fn ftdcr_is_moved_step_by_step() {
     let Some(folder) = recorded("ftdcr_is_moved_step_by_step", "ftdcr-v4") else { return };
     // Rows half a second apart, longer where a pattern begins; in between the tip moves by centimetres, and jumps nowhere.
     finds(&folder.join("train.csv"), &[], &[("uneven_time", "time_s")]);
-    // Every tendon is pulled once and let go once.
+    // Every tendon is pulled once and released once.
     let expected = [("uneven_time", "time_s"), ("excitation", "strokes")];
     finds(&folder.join("tendon_pull.csv"), &[], &expected);
 }
@@ -145,8 +145,8 @@ fn clean_recordings_of_the_virtual_rig_leave_nothing_in_doubt() {
         let recordings: Vec<&str> = recordings.iter().map(String::as_str).collect();
         assert_eq!(recordings.len(), 5, "{names:?}");
         // A virtual tracker loses the tip as a real one does: these rows are marked, and a gap is said rightly.
-        let doubts: Vec<_> =
+        let warnings: Vec<_> =
             found(&place, &recordings).into_iter().filter(|(kind, ..)| kind != "gap").collect();
-        assert_eq!(doubts, [], "{out}");
+        assert_eq!(warnings, [], "{out}");
     }
 }

@@ -63,9 +63,12 @@ fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
     let wrong = run(folder, &[&fit[..], &["--servos", "sensor.json", "--out", "other.json"]].concat());
     assert!(wrong.error(2).contains("load_scale_n_m"), "{}", wrong.stderr);
     let sense = ["sense", scene, "pushed.parquet", "--sensor", "sensor.json"];
-    let told = run(folder, &[&sense[..], &["--out", "told.parquet", "--figures", "told", "--json"]].concat())
-        .succeeded();
-    let value: serde_json::Value = json::from_text(&told.stdout).unwrap();
+    let sensed = run(
+        folder,
+        &[&sense[..], &["--out", "estimates.parquet", "--figures", "estimates", "--json"]].concat(),
+    )
+    .succeeded();
+    let value: serde_json::Value = json::from_text(&sensed.stdout).unwrap();
     let tension = |method: &str| {
         let rows = value["scores"]["tensions"].as_array().unwrap();
         let row = rows.iter().find(|row| row["method"] == method).unwrap();
@@ -79,7 +82,7 @@ fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
     assert_eq!(contacts["contacts"], 12);
     // A push of 0.5 N moves the tip by 2 mm or more, the twin without a network is off by half a millimetre.
     assert!(contacts["found_at_once"].as_f64().unwrap() > 0.8, "{value}");
-    let pushed = Recording::read(folder.join("told.parquet")).unwrap();
+    let pushed = Recording::read(folder.join("estimates.parquet")).unwrap();
     for name in [
         "tension_4_n",
         "tension_error_4_n",
@@ -90,7 +93,7 @@ fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
     ] {
         assert!(pushed.channel(name).is_some(), "{name}");
     }
-    assert!(folder.join("told/force.svg").exists() && folder.join("told/report.html").exists());
+    assert!(folder.join("estimates/force.svg").exists() && folder.join("estimates/report.html").exists());
 
     senses_while_recording(folder, scene, &pushed);
 
@@ -127,17 +130,17 @@ fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
 fn contacts(log: &Path) -> Vec<f64> {
     let text = std::fs::read_to_string(log).unwrap();
     let events = text.lines().map(|line| json::from_text::<serde_json::Value>(line).unwrap());
-    let told = events.filter(|event| event["kind"] == "contact").map(|event| {
+    let times = events.filter(|event| event["kind"] == "contact").map(|event| {
         let message = event["message"].as_str().unwrap();
         let time = message.split(" at ").nth(1).unwrap().split(" s").next().unwrap();
         time.parse::<f64>().unwrap()
     });
-    told.collect()
+    times.collect()
 }
 
-/// Estimates while recording are those from the recording (`told`), and the recording ends where that was
+/// Estimates while recording are those from the recording (`estimates`), and the recording ends where that was
 /// asked for.
-fn senses_while_recording(folder: &Path, scene: &str, told: &Recording) {
+fn senses_while_recording(folder: &Path, scene: &str, estimates: &Recording) {
     let record = |out: &str, more: &[&str]| {
         let what =
             ["record", "--rig", "virtual:typical", "--strokes", "strokes.csv", "--tip-force", "pushes.csv"];
@@ -148,7 +151,7 @@ fn senses_while_recording(folder: &Path, scene: &str, told: &Recording) {
     let live = Recording::read(folder.join("live.parquet")).unwrap();
     let alone = Recording::read(folder.join("pushed.parquet")).unwrap();
     assert_eq!(live.channels(), alone.channels());
-    let (time, contact) = (told.time(), told.channel("contact").unwrap());
+    let (time, contact) = (estimates.time(), estimates.channel("contact").unwrap());
     let changes = (0..contact.len()).filter(|&i| contact[i] != if i == 0 { 0.0 } else { contact[i - 1] });
     let expected: Vec<f64> = changes.map(|i| time[i]).collect();
     let found = contacts(&folder.join("live.events.jsonl"));
@@ -160,7 +163,7 @@ fn senses_while_recording(folder: &Path, scene: &str, told: &Recording) {
     let begin = expected[0];
     for (name, more, why, last) in [
         ("contact", &["--stop-on-contact"][..], "contact at ", begin),
-        ("tension", &["--tension-max", "1"][..], "tension: expected at most 1.0 N, told ", begin),
+        ("tension", &["--tension-max", "1"][..], "tension: expected at most 1.0 N, estimated ", begin),
     ] {
         let stopped = record(&format!("{name}.parquet"), more);
         assert_eq!(stopped.code, Some(1), "{}", stopped.stderr);

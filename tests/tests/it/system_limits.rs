@@ -48,8 +48,8 @@ fn a_file_that_must_not_grow_is_an_error_and_leaves_nothing() {
     ] {
         let (code, text, new) = limited(&place, SMALL_FILE, &line.replace(';', "\\;"));
         assert_eq!(code, Some(1), "{line}: {text}");
-        let told = errors(&text);
-        assert!(told.len() == 1 && told[0].to_lowercase().contains("file too large"), "{line}: {text}");
+        let lines = errors(&text);
+        assert!(lines.len() == 1 && lines[0].to_lowercase().contains("file too large"), "{line}: {text}");
         // A journal of what a rig has measured is kept on purpose; a folder may stand, but with nothing half written in it.
         let half_written = |name: &String| {
             let path = place.path().join(name);
@@ -81,8 +81,8 @@ fn a_machine_without_memory_is_an_error_before_the_work() {
     ] {
         let (code, text, new) = limited(&place, NO_MEMORY, line);
         assert_eq!(code, Some(2), "{line}: {text}");
-        let told = errors(&text);
-        assert!(told.len() == 1 && told[0].contains("memory: expected at least"), "{line}: {text}");
+        let lines = errors(&text);
+        assert!(lines.len() == 1 && lines[0].contains("memory: expected at least"), "{line}: {text}");
         assert_eq!(new, [""; 0], "{line}");
     }
 }

@@ -23,7 +23,7 @@ const TRAIN: [&str; 10] = [
 fn an_interrupted_training_fails_keeps_its_best_weights_and_goes_on() {
     let place = tempfile::tempdir().unwrap();
     run(place.path(), &RECORD).succeeded();
-    let [checkpoint, beside] =
+    let [checkpoint, session] =
         ["inverse.safetensors", "inverse.training"].map(|name| place.path().join(name));
     run(place.path(), &TRAIN).succeeded();
     let whole = std::fs::read(&checkpoint).unwrap();
@@ -33,9 +33,9 @@ fn an_interrupted_training_fails_keeps_its_best_weights_and_goes_on() {
     let stopped = hysteron_tests::interrupt(place.path(), &TRAIN, "inverse.training");
     let error = stopped.error(1);
     assert!(error.starts_with("error: interrupted") && error.contains("inverse.training"), "{error}");
-    assert!(beside.exists() && std::fs::read(&checkpoint).unwrap() != whole);
+    assert!(session.exists() && std::fs::read(&checkpoint).unwrap() != whole);
     run(place.path(), &TRAIN).succeeded();
-    assert!(!beside.exists() && std::fs::read(&checkpoint).unwrap() == whole);
+    assert!(!session.exists() && std::fs::read(&checkpoint).unwrap() == whole);
 }
 
 const PLAN: &str = r#"format = "hysteron-plan"
@@ -74,11 +74,12 @@ fn plain_tables(place: &Path) {
     std::fs::create_dir(place.join("tables")).unwrap();
     for k in 0..6 {
         let read = Recording::read(place.join(format!("recorded/t{k}.parquet"))).unwrap();
-        let is_told =
+        let is_table_column =
             |name: &str| name.starts_with("stroke_") || name.starts_with("tip_") && name.ends_with("_m");
-        let told = read.channels().iter().filter(|channel| is_told(&channel.name)).cloned().collect();
+        let columns =
+            read.channels().iter().filter(|channel| is_table_column(&channel.name)).cloned().collect();
         let table =
-            Recording::new(read.time().to_vec(), told, read.gap().to_vec(), Metadata::default()).unwrap();
+            Recording::new(read.time().to_vec(), columns, read.gap().to_vec(), Metadata::default()).unwrap();
         table.write(place.join(format!("tables/t{k}.csv"))).unwrap();
     }
 }

@@ -254,7 +254,7 @@ fn values(scene: &Scene, name: &str, wanted: &FitParameter, before: &[Selected])
         return Err(BadInput::new("--fit", known.collect::<Vec<_>>().join(", "), format!("{name:?}")).into());
     };
     if let Some(other) = before.iter().find(|other| stem(other.quantity) == stem(quantity)) {
-        let found = format!("{name:?} beside {:?}", other.quantity.name);
+        let found = format!("{name:?} together with {:?}", other.quantity.name);
         return Err(BadInput::new("--fit", "each quantity once", found).into());
     }
     let si = |value: f64| value / quantity.key.1;

@@ -404,8 +404,8 @@ fn recordings_identified_in_different_ways_are_not_mixed() {
     let two = refusal(&[with(Some(one.clone())), with(Some(another))]);
     assert!(two.contains("those of another network"), "{two}");
     let sessions = Sessions { files: Vec::new(), progress: &|_, _| true };
-    let told = [with(Some(one))];
-    let paper = fit_windowed(&told, &told, "scene", &PUBLISHED, &sessions).unwrap_err().to_string();
+    let sequences = [with(Some(one))];
+    let paper = fit_windowed(&sequences, &sequences, "scene", &PUBLISHED, &sessions).unwrap_err().to_string();
     assert!(paper.contains("without --residual"), "{paper}");
 }
 

@@ -231,7 +231,7 @@ impl Plant for Sticking<'_> {
 fn tendons_that_begin_to_slide_are_no_jump() {
     let twin = pretensioned();
     // Bending by a stroke of a tendon at a distance r from the axis moves the tip of a body of length L by L / (2 r) of
-    // it: a stroke of 2 r / 100 takes it a hundredth of L. Twice that is beyond doubt.
+    // it: a stroke of 2 r / 100 takes it a hundredth of L. Twice that is certainly above it.
     let stroke = 0.04 * scenes::TENDON_RADIUS;
     let commands = commands(20, |i| [1.0, 0.0, -1.0, 0.0].map(|part| stroke * part * i as f64));
     let mut plant = Sticking { uncorrected: PhysicsTwin::new(&twin), n_asked: 0 };

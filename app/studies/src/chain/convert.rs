@@ -109,7 +109,7 @@ fn check_numbers(typed: &schema::StudyFile) -> Result<(), BadInput> {
     Ok(())
 }
 
-/// Refuses a part whose ground is missing.
+/// Refuses a section that needs another one which is missing.
 fn check_parts(typed: &schema::StudyFile) -> Result<(), BadInput> {
     let has = |method: Method| typed.track.as_ref().is_some_and(|track| track.methods.contains(&method));
     let needs = [
@@ -119,10 +119,10 @@ fn check_parts(typed: &schema::StudyFile) -> Result<(), BadInput> {
         ("track.methods: twin", has(Method::Twin), "residual", typed.residual.is_some()),
         ("track.methods: network", has(Method::Network), "train", typed.train.is_some()),
     ];
-    match needs.into_iter().find(|(_, is_there, _, has_ground)| *is_there && !has_ground) {
+    match needs.into_iter().find(|(_, is_there, _, is_satisfied)| *is_there && !is_satisfied) {
         None => Ok(()),
         Some((place, _, missing, _)) => {
-            Err(BadInput::new(place, format!("a part [{missing}] beside it"), "none"))
+            Err(BadInput::new(place, format!("a section [{missing}] in the study file"), "none"))
         }
     }
 }
@@ -176,7 +176,7 @@ fn named_plan(typed: &str, folder: &Path) -> anyhow::Result<(PlanChoice, MotionP
     Ok((PlanChoice { argument, training: of(true), checks: of(false) }, plan))
 }
 
-/// A plan for the twin, whose recordings go beside those of the rig.
+/// A plan for the twin, whose recordings are added to those of the rig.
 fn generate(
     typed: &schema::Generate,
     folder: &Path,

@@ -121,7 +121,7 @@ fn cables_that_only_pull_go_slack_opposite_the_pulled_one() {
         let alone = twin.tip_of(&one[k]);
         let apart = (0..3).map(|c| (here[c] - alone[c]).abs()).fold(0.0, f64::max);
         // Both equilibria have a relative residual of 1e-10.
-        judge.check(&name("tip beside the one-sided drive [m]"), apart, 1e-9);
+        judge.check(&name("tip off the axis of the one-sided drive [m]"), apart, 1e-9);
     }
 }
 

@@ -110,7 +110,7 @@ impl Row {
             Identifiability::Vague => "vague".into(),
             Identifiability::Undetermined(others) if others.is_empty() => "not determined: held".into(),
             Identifiability::Undetermined(others) => {
-                format!("held: cannot be told from {}", others.join(", "))
+                format!("held: cannot be distinguished from {}", others.join(", "))
             }
         };
         Self {

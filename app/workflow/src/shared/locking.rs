@@ -6,7 +6,7 @@ use hysteron_twin::{LockedMove, Locking, Target, Twin};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Share of stiffness, or of the tip's motion, above which a person is told [-]: below, friction and material are known
+/// Share of stiffness, or of the tip's motion, above which a warning is logged [-]: below, friction and material are known
 /// no better.
 const CONSIDERABLE: f64 = 0.05;
 /// Samples of a recording that are tried for the one that moves the tip farthest.

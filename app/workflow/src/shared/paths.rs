@@ -20,10 +20,10 @@ pub fn check_recording(out: &Path) -> Result<&str, BadInput> {
     }
 }
 
-/// The folder for what is told of a checkpoint: the one asked for, or one beside it that has its name without the
+/// The report folder of a checkpoint: the one named, or one next to the checkpoint that has its name without the
 /// ending.
-pub fn beside(checkpoint: &Path, asked: Option<&Path>) -> PathBuf {
-    asked.map_or_else(|| checkpoint.with_extension(""), Path::to_owned)
+pub fn report_folder(checkpoint: &Path, named: Option<&Path>) -> PathBuf {
+    named.map_or_else(|| checkpoint.with_extension(""), Path::to_owned)
 }
 
 /// The path without `.`, and without `..` behind a folder: `a/../b` is `b`. Links are not looked at.

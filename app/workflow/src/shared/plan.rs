@@ -9,7 +9,7 @@ use hysteron_control::{MotionPlan, StrokeLimits};
 /// Angles of tendons that differ by less than this are meant to be the same [rad].
 const SAME_ANGLE: f64 = 1e-3;
 
-/// A plan and its text, which goes beside the data: what was carried out, whatever becomes of the file meanwhile.
+/// A plan and its text, which is written next to the data: the plan that was run, even if the file changes meanwhile.
 pub fn read(named: &str) -> anyhow::Result<(MotionPlan, String)> {
     if Path::new(named).extension().is_some() {
         let text = file::read_text(Path::new(named))?;

@@ -107,7 +107,7 @@ impl Findings {
 /// Adds warnings about recordings to a page, if there are any.
 pub(crate) fn show(warnings: &[Warning], page: &mut Page) {
     if !warnings.is_empty() {
-        page.heading("What the recordings leave in doubt");
+        page.heading("Warnings about the recordings");
         page.table(&HEADINGS, warnings.iter().map(|one| cells(one).to_vec()));
     }
 }

@@ -74,7 +74,7 @@ impl Watchdog {
     /// Puts one on duty for a run on this rig, and waits until it is.
     fn start(rig_file: &Path, context: &Context) -> anyhow::Result<Self> {
         let Some((program, arguments)) = context.watchdog.as_deref().and_then(<[_]>::split_first) else {
-            anyhow::bail!("servos on a port move only beside a watchdog process, and none was named");
+            anyhow::bail!("servos on a port move only with a watchdog process, and none was named");
         };
         let mut command = Command::new(program);
         command.args(arguments).arg(rig_file).stdin(Stdio::piped()).stdout(Stdio::piped());
@@ -105,7 +105,7 @@ impl Drop for Watchdog {
     }
 }
 
-/// A rig, or two arms, on their ports with a watchdog process beside them. Dropped, by an error or a panic, the ports are closed
+/// A rig, or two arms, on their ports with a watchdog process. Dropped, by an error or a panic, the ports are closed
 /// first, and then the watchdog process switches the torque off.
 pub struct WatchdogGuard<R> {
     // In this order: the watchdog process needs the port.
@@ -114,7 +114,7 @@ pub struct WatchdogGuard<R> {
 }
 
 impl<R> WatchdogGuard<R> {
-    /// Puts a watchdog process on duty beside what `file` describes and is ready, before anything moves.
+    /// Starts a watchdog process for the rig that `file` describes and waits until it is ready, before anything moves.
     pub fn new(rig: R, file: &Path, context: &Context) -> anyhow::Result<Self> {
         Ok(Self { rig, watchdog: Watchdog::start(file, context)? })
     }

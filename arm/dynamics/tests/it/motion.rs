@@ -46,7 +46,7 @@ fn energy_of_free_motion_is_kept() {
     let model = arm();
     let state = fall(&model, Integrator::RungeKutta4, 4000);
     let (before, after) = (energy(&model, &[0.4; 3], &[0.0; 3]), energy(&model, &state[..3], &state[3..]));
-    // Fourth order: 1e-13 of the energy at this step, rounding of 4000 steps besides.
+    // Fourth order: 1e-13 of the energy at this step, and the rounding of 4000 steps.
     assert!((after - before).abs() < 1e-9 * before.abs(), "{before} {after}");
 }
 

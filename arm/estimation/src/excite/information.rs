@@ -68,7 +68,7 @@ impl Information {
         self.columns.len()
     }
 
-    /// Condition number of the regressor over `n_samples` times of a motion; infinite where it leaves a parameter unseen.
+    /// Condition number of the regressor over `n_samples` times of a motion; infinite where it does not excite a parameter.
     pub fn condition(
         &self,
         model: &Model,

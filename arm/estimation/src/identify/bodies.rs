@@ -405,7 +405,7 @@ fn warnings(columns: &RegressionColumns, covariance: &DMatrix<f64>) -> Vec<Strin
                 if correlation.abs() > ALIKE {
                     let [first, second] = [b, a].map(|t| columns.terms[t].name(j));
                     warnings.push(format!(
-                        "{first} and {second} can hardly be told apart (correlation {correlation:.3}): record joint {} at more \
+                        "{first} and {second} can hardly be distinguished (correlation {correlation:.3}): record joint {} at more \
                          speeds, in both directions",
                         j + 1
                     ));

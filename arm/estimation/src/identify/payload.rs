@@ -209,7 +209,7 @@ fn estimates(found: &InertialParameters, covariance: &SMatrix<f64, 10, 10>) -> V
     let estimate = |k: usize| TermEstimate {
         name: NAMES[k].to_owned(),
         value: at[k],
-        // What cannot be told is infinitely uncertain, not certain.
+        // A parameter that is not identifiable has an infinite standard error, not zero.
         standard_error: if spread[(k, k)] >= 0.0 { spread[(k, k)].sqrt() } else { f64::INFINITY },
         determined: Determined::Alone,
     };

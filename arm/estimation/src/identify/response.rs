@@ -56,8 +56,12 @@ impl TorqueResponse {
         let solved = sums.iter().map(|[a, b, c, x, y]| {
             let determinant = a * c - b * b;
             // A torque that does not change has no response.
-            let is_told = determinant > f64::EPSILON * a * c;
-            if is_told { [(c * x - b * y) / determinant, (a * y - b * x) / determinant] } else { [0.0; 2] }
+            let is_determined = determinant > f64::EPSILON * a * c;
+            if is_determined {
+                [(c * x - b * y) / determinant, (a * y - b * x) / determinant]
+            } else {
+                [0.0; 2]
+            }
         });
         let (lead, second) = solved.map(|[a, b]| (a * period, b * period * period)).unzip();
         Self { lead, second, period }

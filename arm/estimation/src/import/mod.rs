@@ -117,9 +117,9 @@ pub fn with_arm(recording: Recording, known: &ArmProperties) -> std::result::Res
     let joints = known.model.map_or(&[][..], |model| model.joints());
     let ranges: Vec<Option<[f64; 2]>> = joints.iter().map(|joint| joint.drive.range).collect();
     if known.unit_check == UnitCheck::Refuse
-        && let Some(doubt) = check_joint_units(&recording, &ranges)
+        && let Some(warning) = check_joint_units(&recording, &ranges)
     {
-        return Err(doubt.into_bad_input("numbers in the unit that is stated"));
+        return Err(warning.into_bad_input("numbers in the unit that is stated"));
     }
     match known.drive {
         Some(drive) => drive::with_currents(recording, drive),

@@ -86,7 +86,7 @@ fn no_damage_to_a_file_of_another_program_does_harm() {
         .collect();
     assert!(files.len() > 15);
     let folder = tempfile::tempdir().unwrap();
-    let told = |error: &Error| {
+    let check = |error: &Error| {
         let bad = if let Error::BadInput(bad) = error { Some(bad) } else { None };
         assert_in_house_form(bad, error);
     };
@@ -96,12 +96,12 @@ fn no_damage_to_a_file_of_another_program_does_harm() {
         std::fs::write(&path, damaged(bytes, &damages)).unwrap();
         let start = Instant::now();
         if let Err(error) = hysteron_base::import::propose_for(&path) {
-            told(&error);
+            check(&error);
         }
         if path.extension().is_some_and(|extension| extension == "parquet")
             && let Err(error) = Recording::read(&path)
         {
-            told(&error);
+            check(&error);
         }
         assert!(start.elapsed() < TIME_MAX, "{:?} for {name:?}", start.elapsed());
     });

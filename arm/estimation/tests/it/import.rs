@@ -182,7 +182,7 @@ fn numbers_in_another_unit_are_suspected() {
         })
         .unwrap();
     }
-    // Speeds in degrees beside coordinates in radians.
+    // Speeds in degrees with coordinates in radians.
     let speeds: String = (0..200)
         .map(|k| {
             let phase = 0.05 * f64::from(k);

@@ -101,13 +101,13 @@ pub fn baxter(folder: &Path, test: &str, training: BaxterTraining) -> Result<Rea
         Ok(push_differentiated(samples, &recorded, BAXTER_CUTOFF)
             .map_err(|bad| bad.within(path.display()))?)
     };
-    let (mut all, mut unseen) = (ArmSamples::new(7), ArmSamples::new(7));
+    let (mut training, mut test_set) = (ArmSamples::new(7), ArmSamples::new(7));
     for name in &names {
-        read(&mut all, &folder.join("train").join(name))?;
+        read(&mut training, &folder.join("train").join(name))?;
     }
-    read(&mut unseen, &folder.join("test").join(test))?;
+    read(&mut test_set, &folder.join("test").join(test))?;
     let name = format!("Baxter, {}", test.split("_ang").next().unwrap_or(test));
-    Ok(RealSet { name, training: all, test: unseen, cutoff: BAXTER_CUTOFF })
+    Ok(RealSet { name, training, test: test_set, cutoff: BAXTER_CUTOFF })
 }
 
 const KUKA_CUTOFF: f64 = 10.0;

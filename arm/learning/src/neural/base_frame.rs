@@ -50,8 +50,8 @@ impl BaseFrame {
         });
     }
 
-    /// Takes the first joint's angle and goal from a sample's inputs; their difference stays.
-    pub fn forget(self, features: &FeatureLayout, inputs: &mut [f64]) {
+    /// Zeroes the first joint's angle and goal among a sample's inputs; their difference stays.
+    pub fn remove_azimuth(self, features: &FeatureLayout, inputs: &mut [f64]) {
         if self.axis.is_some() {
             inputs[FeatureLayout::GOALS] = 0.0;
             inputs[features.positions()] = 0.0;

@@ -75,7 +75,7 @@ pub struct BaselineComparison<'a> {
     simulation: ArmSimulation,
     /// The arm as the baselines know it: nothing that an adaptation has found at its tip.
     bare: ArmSimulation,
-    rivals: Baselines,
+    baselines: Baselines,
     tasks: Vec<ComparedTask>,
 }
 
@@ -102,10 +102,10 @@ impl<'a> BaselineComparison<'a> {
     /// # Errors
     /// `BadInput` for another arm, or an actuator without baselines.
     pub fn new(actuator: &'a NeuralActuator, model: &'a Model) -> Result<Self, BadInput> {
-        let (simulation, rivals) = (actuator.simulation(model)?, Baselines::of(actuator)?);
+        let (simulation, baselines) = (actuator.simulation(model)?, Baselines::of(actuator)?);
         let options = SimulationOptions { payload: 0.0, ..actuator.simulation.clone() };
         let bare = ArmSimulation::new(model, &actuator.features, &options)?;
-        Ok(Self { actuator, model, simulation, bare, rivals, tasks: Vec::new() })
+        Ok(Self { actuator, model, simulation, bare, baselines, tasks: Vec::new() })
     }
 
     /// Adds the trajectories of a task.
@@ -129,7 +129,7 @@ impl<'a> BaselineComparison<'a> {
             let (about, horizon) = ((features, actuator.simulation.period), trajectory.len() - 1);
             let states = match &actuator.simulation.drive {
                 Some(_) => run_alone(&self.bare, &[segment], horizon),
-                None => self.rivals.servo.run(model, about, &[segment], horizon)?,
+                None => self.baselines.servo.run(model, about, &[segment], horizon)?,
             };
             Ok(states.chunks_exact(2 * m).flat_map(|state| &state[..m]).copied().collect())
         };
@@ -139,7 +139,7 @@ impl<'a> BaselineComparison<'a> {
             trajectories.iter().map(|one| copied_goal(features, one)).collect(),
             trajectories
                 .iter()
-                .map(|one| self.rivals.lag.positions(self.bare.model(), features, one))
+                .map(|one| self.baselines.lag.positions(self.bare.model(), features, one))
                 .collect(),
             parallel::try_map(&trajectories, servo)?,
         ];
@@ -165,7 +165,7 @@ impl<'a> BaselineComparison<'a> {
             parallel::try_map(&trajectories, one)
         };
         let sensed = actuator.sensing.as_ref().map(along).transpose()?;
-        let observed = self.rivals.observers.as_ref().map(observe).transpose()?;
+        let observed = self.baselines.observers.as_ref().map(observe).transpose()?;
         self.tasks.push(ComparedTask { name, trajectories, positions, rollouts, pure, sensed, observed });
         Ok(())
     }
@@ -213,7 +213,7 @@ impl<'a> BaselineComparison<'a> {
 
     /// Forces above which either observer reports a contact [N].
     fn contact_thresholds(&self) -> [f64; 2] {
-        self.rivals.observers.as_ref().map_or([f64::INFINITY; 2], |own| own.contact)
+        self.baselines.observers.as_ref().map_or([f64::INFINITY; 2], |own| own.contact)
     }
 
     /// Of every method and horizon, the mean over the tasks of a score; `None` where a task has none.

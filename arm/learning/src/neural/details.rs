@@ -27,8 +27,8 @@ pub struct Baselines {
 #[serde(default)]
 pub struct ActuatorDetails {
     /// Baselines, fitted to the same trajectories.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rivals: Option<Baselines>,
+    #[serde(rename = "rivals", skip_serializing_if = "Option::is_none")]
+    pub baselines: Option<Baselines>,
     /// How the network in the loop was trained.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "options_of_this_version")]
     pub options: Option<NeuralOptions>,

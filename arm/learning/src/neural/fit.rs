@@ -104,17 +104,17 @@ impl Baselines {
     /// `BadInput` where its file has none, or such as are for other motors.
     pub fn of(actuator: &NeuralActuator) -> std::result::Result<Self, BadInput> {
         let missing = || BadInput::new("rivals", "those of arm fit neural", "none");
-        let rivals = actuator.details.rivals.clone().ok_or_else(missing)?;
+        let baselines = actuator.details.baselines.clone().ok_or_else(missing)?;
         let features = &actuator.features;
         let m = features.motors();
-        if [rivals.lag.lag.len(), rivals.lag.droop.len()] != [m; 2] {
-            let found = format!("{} and {}", rivals.lag.lag.len(), rivals.lag.droop.len());
+        if [baselines.lag.lag.len(), baselines.lag.droop.len()] != [m; 2] {
+            let found = format!("{} and {}", baselines.lag.lag.len(), baselines.lag.droop.len());
             return Err(BadInput::new("rivals: lag_and_droop", format!("{m} of both"), found));
         }
-        rivals.servo.check(features).map_err(|bad| bad.within("rivals"))?;
-        let observers = rivals.observers.as_ref().map_or(Ok(()), |own| own.check(features.joints));
+        baselines.servo.check(features).map_err(|bad| bad.within("rivals"))?;
+        let observers = baselines.observers.as_ref().map_or(Ok(()), |own| own.check(features.joints));
         observers.map_err(|bad| bad.within("rivals: observers"))?;
-        Ok(rivals)
+        Ok(baselines)
     }
 }
 
@@ -176,7 +176,7 @@ pub fn fit_actuator(
     let scale = InputScale::of(features, rows)?;
     let arm = options.sensing.as_ref().map(|_| observed_arm(model, features.joints)).transpose()?;
     let observe = |arm: &Model| identified_observers(arm, (features, options.period), training);
-    let rivals = Baselines {
+    let baselines = Baselines {
         lag: FirstOrderServo::fit(simulation.model(), features, training)?,
         servo: RolloutServo::fit(model, (features, options.period, &options.motors), training, &|_, _| true)?,
         observers: arm.as_ref().map(observe).transpose()?,
@@ -184,7 +184,7 @@ pub fn fit_actuator(
     let mut network = Transformer::<f32>::new(&options.shape(features), options.training.seed)?;
     let driven = match options.prior {
         MotorModelKind::None => None,
-        MotorModelKind::Servo => Some(SimulationOptions::with_servo(&rivals.servo, options.period)),
+        MotorModelKind::Servo => Some(SimulationOptions::with_servo(&baselines.servo, options.period)),
         MotorModelKind::Drive => {
             let missing = || BadInput::new("drive", "one, for a drive in the loop", "none");
             let drive = options.drive.as_ref().ok_or_else(missing)?;
@@ -208,7 +208,7 @@ pub fn fit_actuator(
     let steps = task.steps;
     let (mut sensing, mut sensing_validation, mut is_finished) = (None, None, found.is_finished);
     if let (true, Some(arm), Some(trained), Some(observers)) =
-        (is_finished, &arm, &options.sensing, &rivals.observers)
+        (is_finished, &arm, &options.sensing, &baselines.observers)
     {
         let about = (arm, features, options.period);
         match fit_sensing(about, observers, sets, trained, session) {
@@ -232,7 +232,7 @@ pub fn fit_actuator(
         currents,
         sensing,
         contact: options.training.loss.contact,
-        details: ActuatorDetails { rivals: Some(rivals), ..ActuatorDetails::default() },
+        details: ActuatorDetails { baselines: Some(baselines), ..ActuatorDetails::default() },
     };
     let (validation, epochs, curve) = (found.validation, found.epochs, found.curve);
     Ok(ActuatorFit { actuator, validation, sensing_validation, epochs, curve, steps, is_finished })

@@ -244,7 +244,7 @@ impl HealthModel {
         let is_positive = (0..P).all(|i| factor[(P + 1) * i] > 0.0 && factor[(P + 1) * i].is_finite());
         let is_finite = self.mean.iter().chain(&self.knots).all(|x| x.is_finite());
         if !(is_positive && is_finite && self.noise > 0.0 && self.noise.is_finite()) {
-            return Err(bad("positive definite, beside finite numbers and a noise above zero"));
+            return Err(bad("positive definite, with finite numbers and a noise above zero"));
         }
         Ok(())
     }

@@ -113,7 +113,7 @@ impl<'m> ArmObservers<'m> {
         for (force, observer) in self.forces.iter_mut().zip(&mut self.faster) {
             *force = observer.update(position, velocity, voltage);
         }
-        self.remember(velocity);
+        self.update_filters(velocity);
         self.others.update(position, &self.observer.external);
         let [of_force, variance] = self.others.torque(self.watched);
         let k = self.watched;
@@ -122,8 +122,8 @@ impl<'m> ArmObservers<'m> {
         (force, HealthSample { position: position[k], velocity: velocity[k], motor, torque, variance })
     }
 
-    /// Takes the joints' external torques to the forces that are remembered: at rest friction may be anything up to what breaks it loose.
-    fn remember(&mut self, velocity: &[f64]) {
+    /// Updates the force filters with the joints' external torques: at rest friction may be anything up to what breaks it loose.
+    fn update_filters(&mut self, velocity: &[f64]) {
         let observer = &self.faster[0];
         self.filters.iter_mut().for_each(|filter| filter.advance(self.period));
         for (k, velocity) in velocity.iter().enumerate() {
@@ -208,7 +208,7 @@ impl<'m> Observations<'m> {
         let torques = external.iter().chain(slow_torque).copied().chain(friction);
         let more = forces.chain(torques).chain(slow_friction.iter().copied()).chain(self.health.channels());
         to.iter_mut().zip(inputs.iter().copied().chain(more)).for_each(|(to, from)| *to = from);
-        self.heading.forget(&self.features, to);
+        self.heading.remove_azimuth(&self.features, to);
         force
     }
 }

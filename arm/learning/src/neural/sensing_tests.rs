@@ -244,7 +244,7 @@ fn a_file_holds_both_networks_and_what_does_not_belong_together_is_refused() {
     assert!(found.contains("sensing: shape: expected sizes that belong together"), "{found}");
 
     let refused = |change: &dyn Fn(&mut Baselines)| {
-        let mut rivals = Baselines {
+        let mut baselines = Baselines {
             lag: FirstOrderServo { lag: vec![(0, 1.0); 4], droop: vec![[0.0; 2]; 4], position_gain: None },
             servo: RolloutServo {
                 stiffness: vec![9.0; 4],
@@ -258,18 +258,20 @@ fn a_file_holds_both_networks_and_what_does_not_belong_together_is_refused() {
             },
             observers: Some(observers.clone()),
         };
-        change(&mut rivals);
+        change(&mut baselines);
         let mut changed = actuator(sensing.clone());
-        changed.details.rivals = Some(rivals);
+        changed.details.baselines = Some(baselines);
         Baselines::of(&changed).map(|_| ()).map_err(|bad| bad.to_string())
     };
     assert_eq!(refused(&|_| {}), Ok(()));
     let of_drive =
-        |rivals: &mut Baselines| rivals.observers.iter_mut().for_each(|own| own.linear.noise[0] = -1.0);
+        |baselines: &mut Baselines| baselines.observers.iter_mut().for_each(|own| own.linear.noise[0] = -1.0);
     let found = refused(&of_drive).unwrap_err();
     assert!(found.contains("rivals: observers: linear: noise: expected 4 finite numbers"), "{found}");
-    assert!(refused(&|rivals| rivals.lag.droop.truncate(1)).unwrap_err().contains("lag_and_droop"));
-    assert!(refused(&|rivals| rivals.servo.stiffness.truncate(1)).unwrap_err().contains("servo.stiffness"));
+    assert!(refused(&|baselines| baselines.lag.droop.truncate(1)).unwrap_err().contains("lag_and_droop"));
+    assert!(
+        refused(&|baselines| baselines.servo.stiffness.truncate(1)).unwrap_err().contains("servo.stiffness")
+    );
 
     let bad = SensingOptions { span: 0, ..options };
     assert!(task(&bad).unwrap_err().to_string().contains("span: expected 1 to"));

@@ -135,7 +135,7 @@ pub struct SensingTask<'a> {
     scale: InputScale,
     training: Vec<ObservedTrajectory<'a>>,
     validation: Vec<ObservedTrajectory<'a>>,
-    /// Training trajectories by what they teach: contacts, absence of contact, healthy and degraded motors; as many stretches from each.
+    /// Training trajectories by their labels: contacts, absence of contact, healthy and degraded motors; as many stretches from each.
     pools: Vec<Vec<usize>>,
     tapes: TapePool<f32>,
     /// Device that computes updates in place of the processor.
@@ -204,7 +204,7 @@ impl<'a> SensingTask<'a> {
         &self.scale
     }
 
-    fn lesson(&self, update: u64) -> Lesson<'_, 'a> {
+    fn batch(&self, update: u64) -> LabelBatch<'_, 'a> {
         let mut stream = rng(self.options.seed, &format!("sensing/{update}"));
         let span = self.options.span;
         let stretches: Vec<(&ObservedTrajectory<'a>, usize)> = (0..self.options.stretches)
@@ -216,7 +216,7 @@ impl<'a> SensingTask<'a> {
             .collect();
         let rows = stretches.iter().map(|(one, start)| (one.trajectory, *start..start + span));
         let totals = Totals::of_rows(rows);
-        Lesson { task: self, stretches, totals, heads: Heads::new(&self.features) }
+        LabelBatch { task: self, stretches, totals, heads: Heads::new(&self.features) }
     }
 
     /// Force and gate over all labelled samples of a trajectory, and its condition, with their numbers of samples.
@@ -242,14 +242,14 @@ impl<'a> SensingTask<'a> {
 }
 
 /// Batch of an update: stretches by their trajectories and first samples, and the divisors of their losses.
-struct Lesson<'t, 'a> {
+struct LabelBatch<'t, 'a> {
     task: &'t SensingTask<'a>,
     stretches: Vec<(&'t ObservedTrajectory<'a>, usize)>,
     totals: Totals,
     heads: Heads,
 }
 
-impl Lesson<'_, '_> {
+impl LabelBatch<'_, '_> {
     /// Writes the network's input of a stretch at a step to `to` (channels).
     fn token(&self, (one, start): (&ObservedTrajectory<'_>, usize), step: isize, to: &mut [f32]) {
         let own = one.row(start as isize + step);
@@ -344,10 +344,10 @@ impl TrainingTask<Transformer<f32>> for SensingTask<'_> {
         let mut sum = 0.0;
         for update in first..first + n {
             training.set_learning_rate(full * warm_up_cosine(update, warm_up, of));
-            let lesson = self.lesson(update);
+            let batch = self.batch(update);
             sum += match &mut on_card {
-                Some(updates) => lesson.learn_on(updates, training)?,
-                None => lesson.learn(training)?,
+                Some(updates) => batch.learn_on(updates, training)?,
+                None => batch.learn(training)?,
             };
             if !on_step((update + 1 - first) as usize, n as usize) {
                 return Ok(None);

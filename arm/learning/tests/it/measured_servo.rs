@@ -59,10 +59,10 @@ fn a_measured_servo_is_met_better_where_its_position_gains_are_told() {
     let without = |all: &[Trajectory]| -> Vec<Trajectory> {
         all.iter().map(|one| Trajectory { position_gain: None, ..one.clone() }).collect()
     };
-    let told = error(&fit(&known), &arm, &asked);
-    let untold = error(&fit(&without(&known)), &arm, &without(&asked));
-    // Duties of the eight logs follow gain times error with slopes of 0.996 to 1.001; untold, stiffness is wrong by two either way.
-    assert!(told < untold, "{told} {untold}");
+    let informed = error(&fit(&known), &arm, &asked);
+    let uninformed = error(&fit(&without(&known)), &arm, &without(&asked));
+    // Duties of the eight logs follow gain times error with slopes of 0.996 to 1.001; without gains, stiffness is wrong by two either way.
+    assert!(informed < uninformed, "{informed} {uninformed}");
 }
 
 #[test]

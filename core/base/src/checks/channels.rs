@@ -29,7 +29,7 @@ const SPIKE_PART: f64 = 0.1;
 const SPIKE_SPEED: f64 = 3.0;
 /// Steps to either side from which that speed is taken, the second largest of them: another spike may stand on one side.
 const NEARBY: usize = 2;
-/// Part of the root mean square change from row to row above which a channel moves beyond doubt [-]; less may be the slow end of a
+/// Part of the root mean square change from row to row above which a channel certainly moves [-]; less may be the slow end of a
 /// motion, by single steps of an encoder.
 const FAST_PART: f64 = 0.5;
 /// A jump within this part of a turn is a wrap [-]: what a joint moves between two rows is less.
@@ -261,7 +261,7 @@ fn moved_nearby(channel: &MeasuredChannel, time: &[f64], i: usize) -> f64 {
     speed * step(i.saturating_sub(1)).max(step(i))
 }
 
-/// A change from row to row of a channel that moves beyond doubt.
+/// A change from row to row of a channel that certainly moves.
 fn fast_change(values: &[f64]) -> f64 {
     let squares = values.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum::<f64>();
     FAST_PART * (squares / values.len() as f64).sqrt()

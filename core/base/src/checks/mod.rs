@@ -2,7 +2,7 @@
 //!
 //! A recording in hand is well formed ([`crate::Recording::new`] sees to that); these checks ask whether it can be true. Each is a
 //! pure function of the numbers that costs at most n log n, and each finding carries a number, the limit that it broke and a hint.
-//! A doubt is a [`Severity::Warning`]; only what no robot can have done is a [`Severity::Error`].
+//! Suspicious data is a [`Severity::Warning`]; only impossible data is a [`Severity::Error`].
 
 mod channels;
 mod copies;

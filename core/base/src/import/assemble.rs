@@ -115,7 +115,7 @@ fn sources<'a>(
         }
     }
     if sources.is_empty() {
-        return Err(BadInput::new("columns", "a channel besides the time", "none"));
+        return Err(BadInput::new("columns", "a channel in addition to the time", "none"));
     }
     Ok((time, sources))
 }

@@ -190,7 +190,7 @@ fn who_can_wait_finds_room() {
 }
 
 #[test]
-fn a_full_disk_is_told_and_nothing_is_lost_once_there_is_room() {
+fn a_full_disk_is_reported_and_nothing_is_lost_once_there_is_room() {
     let file = TestFile::new();
     let mut queue = queue(&file);
     append(&mut queue, 0, 5).unwrap();

@@ -23,8 +23,8 @@ impl<T> Packed<T> {
         Self { start, forward: OnceLock::new(), back: OnceLock::new() }
     }
 
-    /// The matrix has changed.
-    pub fn forget(&mut self) {
+    /// Discards the packed panels: the matrix has changed.
+    pub fn invalidate(&mut self) {
         *self = Self::new(self.start);
     }
 }

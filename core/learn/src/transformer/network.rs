@@ -116,7 +116,7 @@ impl<T: Float> TrainableModel for Transformer<T> {
     }
 
     fn parameters_mut(&mut self) -> &mut [Vec<T>] {
-        self.packed.iter_mut().flatten().for_each(Packed::forget);
+        self.packed.iter_mut().flatten().for_each(Packed::invalidate);
         &mut self.parameters
     }
 

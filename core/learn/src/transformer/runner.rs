@@ -254,8 +254,8 @@ impl WithSimd for CompiledPass<'_> {
 }
 
 impl RunnerLayer {
-    /// Replaces the token by the hidden state that comes of it.
-    fn remember(&mut self, shape: &TransformerShape, token: &mut [f32], scratch: &mut RunnerScratch) {
+    /// Advances the recurrent cell by the token and replaces the token by its hidden state.
+    fn step_cell(&mut self, shape: &TransformerShape, token: &mut [f32], scratch: &mut RunnerScratch) {
         let d = shape.width;
         let [hidden, cell] = &mut self.memory;
         let RunnerScratch { wide, hidden: state, .. } = scratch;
@@ -285,7 +285,7 @@ impl RunnerLayer {
         scratch: &mut RunnerScratch,
     ) {
         if shape.block.gates().is_some() {
-            return self.remember(shape, tokens, scratch);
+            return self.step_cell(shape, tokens, scratch);
         }
         let (d, p) = (shape.width, shape.projected());
         let now = tokens.len() / d;

@@ -286,8 +286,8 @@ impl RegisterSpec {
         }
     }
 
-    /// The value in the bytes of the register, with its sign where it has one. All that a secondary id can be besides
-    /// an id means the same.
+    /// The value in the bytes of the register, with its sign where it has one. All values of a
+    /// secondary id that are no id mean the same.
     fn value(&self, bytes: &[u8]) -> i64 {
         let unsigned = bytes.iter().rev().fold(0_u32, |value, byte| (value << 8) | u32::from(*byte));
         match self.register {

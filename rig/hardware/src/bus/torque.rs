@@ -37,7 +37,7 @@ impl ServoBus {
     /// Switches the torque of all servos off.
     ///
     /// One sync write, to which nobody answers, reaches all at once: a silent servo keeps no other waiting. Then
-    /// each is asked once, and only those that did not confirm are told again one by one, with retries. Their
+    /// each is asked once, and only those that did not confirm are commanded again one by one, with retries. Their
     /// watchdogs end.
     ///
     /// # Errors

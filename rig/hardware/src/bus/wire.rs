@@ -17,9 +17,9 @@ use std::time::{Duration, Instant};
 pub use dynamixel2::instructions::instruction_id as instruction;
 pub use dynamixel2::instructions::packet_id::BROADCAST;
 
-/// Bytes of an instruction packet besides its parameters.
+/// Bytes of an instruction packet without its parameters.
 pub(crate) const INSTRUCTION_BYTES: usize = 10;
-/// Bytes of a status packet besides its parameters.
+/// Bytes of a status packet without its parameters.
 pub(crate) const STATUS_BYTES: usize = 11;
 /// Enough for the longest instruction, stuffed.
 const BUFFER: usize = 1024;

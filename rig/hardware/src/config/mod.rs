@@ -175,7 +175,7 @@ pub struct SafetyLimits {
     pub stroke_max: f64,
     /// Largest speed of a stroke, either way [m/s].
     pub stroke_rate_max: f64,
-    /// Furthest that a servo may be from where it was told to be [m of stroke]: something blocks it, or its watchdog
+    /// Furthest that a servo may be from its goal [m of stroke]: something blocks it, or its watchdog
     /// has stopped it.
     pub lag_max: f64,
     /// Largest load, of the stall torque [-].

@@ -165,14 +165,14 @@ impl RigSession<'_> {
                 still.pose.position == pose.position && still.pose.orientation == pose.orientation
             };
             let Some(still) = self.still.as_mut().filter(|still| is_same(still)) else {
-                self.still = Some(FrozenPose { pose, strokes: self.measured.clone(), is_told: false });
+                self.still = Some(FrozenPose { pose, strokes: self.measured.clone(), is_logged: false });
                 continue;
             };
             let moved = self.measured.iter().zip(&still.strokes).map(|(now, then)| (now - then).abs());
             let furthest = moved.fold(0.0, f64::max);
             if furthest > LOST_MOTION {
                 self.poses[i].quality = Quality::Frozen;
-                if !std::mem::replace(&mut still.is_told, true) {
+                if !std::mem::replace(&mut still.is_logged, true) {
                     let message = format!(
                         "the tip has not moved by a bit while a tendon moved by {:.1} mm: its poses are not used",
                         1e3 * furthest

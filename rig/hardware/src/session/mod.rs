@@ -30,7 +30,7 @@ pub use supervisor::Supervisor;
 const LOST_AFTER: u32 = 5;
 /// Voltage and temperature are read once in so many cycles, out of turn with the rest.
 const SLOW_EVERY: u64 = 50;
-/// How long to go on trying to let go of servos that do not answer [s].
+/// How long to retry torque off for servos that do not answer [s].
 const RELEASE_PATIENCE: f64 = 3.0;
 /// Pause between these tries [s].
 const RELEASE_PAUSE: f64 = 0.05;
@@ -40,7 +40,7 @@ const SETTLE: f64 = 0.5;
 /// By how much a tendon can be moved while the tip stays where it is [m]: play and slack of tendons that were set by
 /// hand are some tenths of a millimetre, and the others move, too.
 const LOST_MOTION: f64 = 2e-3;
-/// By how much a stroke may be beyond its limits before a run [m]: a tendon that was let go unwinds a little.
+/// By how much a stroke may be beyond its limits before a run [m]: a tendon without torque unwinds a little.
 const START_MARGIN: f64 = 2e-3;
 
 /// Why a motion did not come to its end.
@@ -113,8 +113,8 @@ struct FrozenPose {
     pose: Pose,
     /// Strokes measured at first (n) [m].
     strokes: Vec<f64>,
-    /// It was told that it must have moved.
-    is_told: bool,
+    /// Whether it was logged that it must have moved.
+    is_logged: bool,
 }
 
 /// A rig under torque.
@@ -156,7 +156,7 @@ pub struct RigSession<'a> {
     torque: Torque,
     /// Why the torque is not as it shall be, servo by servo, if it is not.
     torque_trouble: Option<String>,
-    /// On the way back to rest after a limit was passed: only what must let go at once still counts.
+    /// On the way back to rest after a limit was passed: only violations that need torque off at once still count.
     is_going_to_rest: bool,
 }
 

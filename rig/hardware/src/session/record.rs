@@ -26,7 +26,7 @@ pub struct RecordOptions {
     pub out: PathBuf,
     /// Provenance; the run adds how it went.
     pub meta: Metadata,
-    /// Channels of the rig's instruments besides servos and tracker, [`Hardware::instruments`](crate::Hardware::instruments).
+    /// Channels of the rig's instruments other than servos and tracker, [`Hardware::instruments`](crate::Hardware::instruments).
     pub instruments: Vec<String>,
 }
 
@@ -158,10 +158,10 @@ impl RigRecorder {
     /// Goes to rest, follows the strokes of `commands` (n tendons) sample by sample, returns to rest and ends the
     /// session.
     ///
-    /// `progress` is told the rows done; `asked` whether somebody wants it to stop.
+    /// `progress` receives the number of rows done; `asked` returns whether the recording should stop.
     ///
     /// # Errors
-    /// If the recording cannot be written. Whatever ends the run itself is in the outcome, beside the data.
+    /// If the recording cannot be written. What ends the run itself is in the outcome, together with the data.
     pub fn run(
         mut self,
         // Dropped before the tape, which may have to wait for the disk.
@@ -428,7 +428,7 @@ pub(crate) fn convert(journal: &Path, out: &Path, (key, value): (&str, String)) 
     Ok((recording.n_samples(), n_gaps))
 }
 
-/// The log of events beside a recording: one JSON object a line.
+/// The log of events next to a recording: one JSON object a line.
 pub fn events_path(out: &Path) -> PathBuf {
     out.with_extension("events.jsonl")
 }

@@ -126,11 +126,11 @@ impl<'a> ArmsRecording<'a> {
 
     /// Goes to the leader, follows it for `seconds`, or until `asked` where there are none, and returns to rest.
     ///
-    /// `progress` is told the time that was recorded [s].
+    /// `progress` receives the time recorded so far [s].
     ///
     /// # Errors
     /// If the follower cannot be put under torque or the recording cannot be written. Whatever ends the run itself is in the
-    /// outcome, beside the data.
+    /// outcome, together with the data.
     pub fn run(
         mut self,
         arms: &mut ArmPair,

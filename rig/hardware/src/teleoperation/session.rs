@@ -6,7 +6,7 @@ use crate::{Error, Event, EventKind, Result};
 
 /// Cycles without an answer after which a servo, or the leader, counts as lost.
 const LOST_AFTER: u32 = 5;
-/// How long to go on trying to let go of servos that do not answer [s].
+/// How long to retry torque off for servos that do not answer [s].
 const RELEASE_PATIENCE: f64 = 3.0;
 /// Pause between these tries [s].
 const RELEASE_PAUSE: f64 = 0.05;
@@ -71,7 +71,7 @@ impl<'a> TeleoperationSession<'a> {
         if !arms.read_leader(&mut leader)? || leader.iter().any(|angle| angle.is_nan()) {
             return Err(Error::Bus("leader: not all servos answer".into()));
         }
-        // What a servo was told in an earlier life must not be where it jumps to.
+        // A goal from an earlier session must not make a servo jump.
         arms.write_goals(&goals)?;
         let next = arms.now();
         let mut session = Self {
@@ -87,7 +87,7 @@ impl<'a> TeleoperationSession<'a> {
             torque_trouble: None,
             events: Vec::new(),
         };
-        // If only some confirm, dropping the session lets go of all.
+        // If only some confirm, dropping the session switches all torques off.
         session.arms.enable_torque()?;
         session.say("torque on");
         session.next = session.arms.now();

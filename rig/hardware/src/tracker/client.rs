@@ -201,10 +201,10 @@ impl ClientState {
 
     fn run(&self) {
         let mut pause = PAUSE[0];
-        let mut told = false;
+        let mut is_loss_logged = false;
         while !self.is_stopped() {
             let (was_up, why) = match self.open() {
-                Ok(stream) => self.read(stream, told),
+                Ok(stream) => self.read(stream, is_loss_logged),
                 Err(error) => (false, error.to_string()),
             };
             self.shared.connected.store(false, Ordering::Relaxed);
@@ -212,12 +212,12 @@ impl ClientState {
                 return;
             }
             if was_up {
-                (pause, told) = (PAUSE[0], false);
+                (pause, is_loss_logged) = (PAUSE[0], false);
             }
-            if !told {
+            if !is_loss_logged {
                 let message = format!("{why}; trying again");
-                self.shared.intake().tell(self.now(), EventKind::TrackerLost, message);
-                told = true;
+                self.shared.intake().log(self.now(), EventKind::TrackerLost, message);
+                is_loss_logged = true;
             }
             let until = Instant::now() + pause;
             while Instant::now() < until && !self.is_stopped() {
@@ -247,8 +247,8 @@ impl ClientState {
     }
 
     /// Reads until the connection ends; returns whether any message came, and why it ended. It counts as back, if
-    /// its loss has been `told`, with the first message.
-    fn read(&self, mut stream: TcpStream, told: bool) -> (bool, String) {
+    /// its loss was logged, with the first message.
+    fn read(&self, mut stream: TcpStream, is_loss_logged: bool) -> (bool, String) {
         let mut decoder = MessageDecoder::new();
         let mut buffer = [0; 4096];
         let (mut n_messages, mut is_up) = (0_usize, false);
@@ -273,8 +273,8 @@ impl ClientState {
             if n_messages > 0 && !is_up {
                 is_up = true;
                 self.shared.connected.store(true, Ordering::Relaxed);
-                if told {
-                    intake.tell(now, EventKind::TrackerBack, "the tracker sends again".into());
+                if is_loss_logged {
+                    intake.log(now, EventKind::TrackerBack, "the tracker sends again".into());
                 }
             }
             if now - last_message > self.silent_after {

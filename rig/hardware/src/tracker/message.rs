@@ -98,7 +98,7 @@ impl Validity {
 /// How to write a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MessageFormat {
-    /// Versions 1 and 2: no metadata, so invalid poses cannot be told from others.
+    /// Versions 1 and 2: no metadata, so invalid poses cannot be distinguished from others.
     Plain,
     /// Version 3: with a status of the transform as metadata, as PlusServer writes it.
     WithStatus,

@@ -59,13 +59,13 @@ pub(super) struct PoseQueue {
     stale: bool,
     others: Vec<String>,
     damage: Burst,
-    doubt: Burst,
+    status: Burst,
     pub poses: VecDeque<Pose>,
     pub events: VecDeque<Event>,
     pub counts: PoseCounts,
 }
 
-/// An event that can come with every message, told at most once per [`REST`].
+/// An event that can come with every message, logged at most once per [`REST`].
 #[derive(Debug, Default)]
 struct Burst {
     last: Option<f64>,
@@ -110,7 +110,7 @@ impl PoseQueue {
             stale: false,
             others: Vec::new(),
             damage: Burst::default(),
-            doubt: Burst::default(),
+            status: Burst::default(),
             poses: VecDeque::new(),
             events: VecDeque::new(),
             counts: PoseCounts::default(),
@@ -125,10 +125,10 @@ impl PoseQueue {
     /// Time passes, with or without messages; `now` [s].
     pub fn tick(&mut self, now: f64) {
         if let Some(message) = self.damage.flush(now) {
-            self.tell(now, EventKind::TrackerCorrupt, message);
+            self.log(now, EventKind::TrackerCorrupt, message);
         }
-        if let Some(message) = self.doubt.flush(now) {
-            self.tell(now, EventKind::TrackerQuality, message);
+        if let Some(message) = self.status.flush(now) {
+            self.log(now, EventKind::TrackerQuality, message);
         }
         if !self.stale && now - self.last_arrival > self.stale_after {
             self.stale = true;
@@ -137,7 +137,7 @@ impl PoseQueue {
             if !self.others.is_empty() {
                 message.push_str(&format!("; the tracker also sends {}", self.others.join(", ")));
             }
-            self.tell(now, EventKind::TrackerStale, message);
+            self.log(now, EventKind::TrackerStale, message);
         }
     }
 
@@ -149,7 +149,7 @@ impl PoseQueue {
             DecodedMessage::Damaged(what) => {
                 self.counts.damaged += 1;
                 if let Some(message) = self.damage.note(arrival, what) {
-                    self.tell(arrival, EventKind::TrackerCorrupt, message);
+                    self.log(arrival, EventKind::TrackerCorrupt, message);
                 }
             }
         }
@@ -166,8 +166,8 @@ impl PoseQueue {
             }
             MessageContent::Status { code: 1, .. } => {}
             MessageContent::Status { code, text } => {
-                if let Some(message) = self.doubt.note(arrival, format!("{device}: status {code} {text}")) {
-                    self.tell(arrival, EventKind::TrackerQuality, message);
+                if let Some(message) = self.status.note(arrival, format!("{device}: status {code} {text}")) {
+                    self.log(arrival, EventKind::TrackerQuality, message);
                 }
             }
         }
@@ -193,8 +193,8 @@ impl PoseQueue {
         let Some(time) = time else {
             self.counts.unplaced += 1;
             let what = format!("the time stamp of {name} does not fit those before; its pose was left out");
-            if let Some(message) = self.doubt.note(arrival, what) {
-                self.tell(arrival, EventKind::TrackerQuality, message);
+            if let Some(message) = self.status.note(arrival, what) {
+                self.log(arrival, EventKind::TrackerQuality, message);
             }
             return;
         };
@@ -223,8 +223,8 @@ impl PoseQueue {
             if pose.quality != self.last_quality {
                 let [x, y, z] = pose.position.map(|x| x * 1e3);
                 let what = format!("{name} is {} at {x:.1} {y:.1} {z:.1} mm", words(pose.quality, self.flaw));
-                if let Some(message) = self.doubt.note(arrival, what) {
-                    self.tell(arrival, EventKind::TrackerQuality, message);
+                if let Some(message) = self.status.note(arrival, what) {
+                    self.log(arrival, EventKind::TrackerQuality, message);
                 }
             }
         }
@@ -242,7 +242,7 @@ impl PoseQueue {
     }
 
     /// Adds an event at `now` [s].
-    pub fn tell(&mut self, now: f64, kind: EventKind, message: String) {
+    pub fn log(&mut self, now: f64, kind: EventKind, message: String) {
         if self.events.len() >= MAX_QUEUED {
             self.events.pop_front();
         }

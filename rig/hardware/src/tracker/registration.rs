@@ -134,7 +134,7 @@ impl Registration {
             if size[1] <= FLAT * size[0] {
                 let found = format!("{:.3} mm by {:.3} mm {name}", size[0] * 1e3, size[1] * 1e3);
                 return Err(BadInput::new(place, "points that do not lie on a line", found)
-                    .hint("add a point beside the line through the others"));
+                    .hint("add a point off the line through the others"));
             }
         }
         let ratio = p_size[0] / q_size[0];

@@ -39,7 +39,8 @@ pub struct TrackerSurvey {
     /// Longest interval between stamps [ms].
     pub longest_gap_ms: f64,
     /// Warnings, each with what to do.
-    pub doubts: Vec<String>,
+    #[serde(rename = "doubts")]
+    pub warnings: Vec<String>,
 }
 
 impl TrackerSurvey {
@@ -62,36 +63,36 @@ impl TrackerSurvey {
             noise_mm: if n > 0.0 { 1e3 * (poses.iter().map(square).sum::<f64>() / n).sqrt() } else { 0.0 },
             jitter_ms: 1e3 * spread.sqrt(),
             longest_gap_ms: 1e3 * gaps.iter().copied().fold(0.0, f64::max),
-            doubts: Vec::new(),
+            warnings: Vec::new(),
         };
-        survey.doubts = survey.doubts_of(poses, config, reason);
+        survey.warnings = survey.warnings_of(poses, config, reason);
         survey
     }
 
-    fn doubts_of(&self, poses: &[Pose], config: &TrackerConfig, reason: Option<&str>) -> Vec<String> {
-        let mut doubts = Vec::new();
+    fn warnings_of(&self, poses: &[Pose], config: &TrackerConfig, reason: Option<&str>) -> Vec<String> {
+        let mut warnings = Vec::new();
         let counted = |quality| poses.iter().filter(|pose| pose.quality == quality).count();
         let (flagged, jumped) = (counted(Quality::Flagged), counted(Quality::Jump));
         if flagged > 0 {
             let why = reason.map_or(String::new(), |reason| format!(": {reason}"));
-            doubts.push(format!("{flagged} of {} poses are not valid{why}", self.n_poses));
+            warnings.push(format!("{flagged} of {} poses are not valid{why}", self.n_poses));
         }
         if jumped > 0 {
             let fastest = 1e3 * config.speed_max;
-            doubts.push(format!(
+            warnings.push(format!(
                 "{jumped} of {} poses jump faster than {fastest:.0} mm/s (hint: metal near, a loose sensor, or two senders of one \
                  name; at rest nothing jumps)",
                 self.n_poses
             ));
         }
         if self.n_poses < POSES_MIN {
-            doubts.push(format!("{} poses: too few to say more", self.n_poses));
-            return doubts;
+            warnings.push(format!("{} poses: too few to say more", self.n_poses));
+            return warnings;
         }
         let first = &poses[0];
         let is_same = |pose: &Pose| pose.position == first.position && pose.orientation == first.orientation;
         if poses.iter().all(is_same) {
-            doubts.push(format!(
+            warnings.push(format!(
                 "frozen: {} poses are the same to the last bit (hint: no sensor has so little noise; is it plugged in, and does \
                  the server measure, or repeat a transform that nobody sets?)",
                 self.n_poses
@@ -99,39 +100,39 @@ impl TrackerSurvey {
         }
         let distance = self.position_mm.iter().map(|x| x * x).sum::<f64>().sqrt();
         if distance < 1e3 * NEAREST && flagged < self.n_poses {
-            doubts.push(format!(
+            warnings.push(format!(
                 "unit: the sensor is {distance:.3} mm from the tracker's origin, inside the transmitter; in metres it would be \
                  {:.0} mm (hint: OpenIGTLink is in millimetres; let the server multiply by 1000)",
                 1e3 * distance
             ));
         }
         if distance > 1e3 * FURTHEST {
-            doubts.push(format!(
+            warnings.push(format!(
                 "unit: the sensor is {:.1} m from the tracker's origin (hint: OpenIGTLink is in millimetres)",
                 1e-3 * distance
             ));
         }
         if self.rate_hz < RATE_PART * config.rate {
-            doubts.push(format!(
+            warnings.push(format!(
                 "slow: {:.1} poses a second where the rig file says {:.1} (hint: tracker.rate_hz, or the server's rate)",
                 self.rate_hz, config.rate
             ));
         }
         if self.noise_mm > 1e3 * NOISE_MAX && jumped == 0 {
-            doubts.push(format!(
+            warnings.push(format!(
                 "noise: {:.2} mm at rest (hint: is the tip at rest? metal and motors near the sensor?)",
                 self.noise_mm
             ));
         }
         if self.rate_hz > 0.0 && 1e-3 * self.jitter_ms * self.rate_hz > JITTER_MAX {
-            doubts.push(format!(
+            warnings.push(format!(
                 "jitter: the stamps scatter by {:.1} ms about a period of {:.1} ms (hint: does the server stamp what it passes on \
                  instead of what it measures, or leave poses out?)",
                 self.jitter_ms,
                 1e3 / self.rate_hz
             ));
         }
-        doubts
+        warnings
     }
 }
 
@@ -170,14 +171,14 @@ mod tests {
             .collect()
     }
 
-    fn doubts(poses: &[Pose]) -> Vec<String> {
-        TrackerSurvey::of(poses, &CONFIG, None).doubts
+    fn warnings(poses: &[Pose]) -> Vec<String> {
+        TrackerSurvey::of(poses, &CONFIG, None).warnings
     }
 
     #[test]
     fn rate_noise_and_jitter_of_a_sound_tracker_are_its_own_and_nothing_is_doubted() {
         let found = TrackerSurvey::of(&poses(80.0, 5e-5, 1.0), &CONFIG, None);
-        assert_eq!(found.doubts, Vec::<String>::new());
+        assert_eq!(found.warnings, Vec::<String>::new());
         assert!((found.rate_hz - 80.0).abs() < 1e-9 && found.jitter_ms < 1e-9, "{found:?}");
         // Three coordinates of 0.05 mm each: 0.087 mm, to 5 standard errors of 160 poses.
         let expected = 0.05 * 3_f64.sqrt();
@@ -205,7 +206,7 @@ mod tests {
             ("1 of 160 poses are not valid", flagged),
             ("jitter", late),
         ] {
-            let found = doubts(&poses);
+            let found = warnings(&poses);
             let is_scaled = what == "unit" && found.len() == 2 && found[1].starts_with("noise");
             assert!(found[0].starts_with(what) && (found.len() == 1 || is_scaled), "{what}: {found:?}");
         }

@@ -187,7 +187,7 @@ impl ServoChain {
             }
             instruction::FACTORY_RESET => {
                 let kept: &[ControlRegister] = match parameters {
-                    // All servos with one id could never be told apart again.
+                    // Servos with one id could never be distinguished again.
                     [0xff] if is_broadcast => return Err(Refusal::Result),
                     [0xff] => &[],
                     [0x01] => &[xl430::ID],

@@ -53,7 +53,7 @@ pub enum FaultKind {
     Overheat,
     /// Something holds the pulley of a servo with `torque_nm`.
     Hold,
-    /// The supply dips to `volts`, 3 V if nothing is said; below 5 V servos stop and forget their RAM. With `servo`:
+    /// The supply dips to `volts`, 3 V by default; below 5 V servos stop and lose their RAM. With `servo`:
     /// only that one loses its power.
     BrownOut,
     /// The connection to the tracker breaks.
@@ -70,7 +70,7 @@ pub enum FaultKind {
     TrackerCorrupt,
 }
 
-/// Keys that a fault may have beside `at_s` and `kind`.
+/// Keys that a fault may have in addition to `at_s` and `kind`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum FaultKey {
     Servo,
@@ -227,7 +227,7 @@ impl BusFault {
             }
         }
         if self.kind == FaultKind::BrownOut && self.servo.is_some() && self.volts.is_some() {
-            return Err(BadInput::new("volts", "no such key beside servo", "one")
+            return Err(BadInput::new("volts", "no such key together with servo", "one")
                 .hint("a dip to some voltage concerns all; one servo alone just loses its power"));
         }
         if let Some(id) = self.servo.filter(|id| *id > LAST_ID) {
@@ -388,7 +388,7 @@ mod tests {
             ("at_s = 1\nkind = \"delay_packet\"\ndelay_ms = 0", "delay_ms"),
             ("at_s = 1\nkind = \"drop_packet\"\ncount = 0", "count"),
             ("at_s = 1\nkind = \"brown_out\"\nvolts = -1", "volts"),
-            ("at_s = 1\nkind = \"brown_out\"\nvolts = 3\nservo = 1", "beside servo"),
+            ("at_s = 1\nkind = \"brown_out\"\nvolts = 3\nservo = 1", "together with servo"),
             ("at_s = 1\nkind = \"hold\"\nservo = 1\ntorque_nm = inf", "torque_nm"),
             ("at_s = 1\nkind = \"unplug_bus\"\nduration_s = 0", "duration_s"),
             ("at_s = 1\nkind = \"unplug_buss\"", "one of drop_packet"),

@@ -14,7 +14,7 @@ use hysteron_rig::bus::xl430::error_bit;
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
 
-/// Below this supply servos forget their RAM [V].
+/// Below this supply servos lose their RAM [V].
 const BROWN_OUT: f64 = 5.0;
 /// Supply in a brown-out if nothing is said [V].
 const USUAL_DIP: f64 = 3.0;

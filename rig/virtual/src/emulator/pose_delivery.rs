@@ -144,7 +144,7 @@ mod tests {
         let well = PoseFaults::default();
         let is_well = |poses: &[Pose], _: &[Event]| poses.last().is_some_and(|p| p.quality == Quality::Good);
         let seen = |quality| move |poses: &[Pose], _: &[Event]| poses.iter().any(|p| p.quality == quality);
-        let told = |kind| move |_: &[Pose], events: &[Event]| events.iter().any(|event| event.kind == kind);
+        let logged = |kind| move |_: &[Pose], events: &[Event]| events.iter().any(|event| event.kind == kind);
         wait("a pose", well, &is_well);
         assert!(start.elapsed().as_secs_f64() > 0.02, "not before it is due");
         wait("invalid", PoseFaults { invalid: true, ..well }, &seen(Quality::Flagged));
@@ -155,10 +155,10 @@ mod tests {
         wait("many poses", well, &|poses, _| poses.len() > 60);
         wait("frozen", PoseFaults { frozen: true, ..well }, &seen(Quality::Frozen));
         wait("thawed", well, &is_well);
-        wait("silent", PoseFaults { silent: true, ..well }, &told(EventKind::TrackerStale));
-        wait("damaged", PoseFaults { damaged: true, ..well }, &told(EventKind::TrackerCorrupt));
-        wait("unplugged", PoseFaults { unplugged: true, ..well }, &told(EventKind::TrackerLost));
-        wait("plugged", well, &told(EventKind::TrackerBack));
+        wait("silent", PoseFaults { silent: true, ..well }, &logged(EventKind::TrackerStale));
+        wait("damaged", PoseFaults { damaged: true, ..well }, &logged(EventKind::TrackerCorrupt));
+        wait("unplugged", PoseFaults { unplugged: true, ..well }, &logged(EventKind::TrackerLost));
+        wait("plugged", well, &logged(EventKind::TrackerBack));
         assert_eq!(delivery.server().n_clients(), 1);
     }
 }

@@ -67,7 +67,7 @@ pub struct PoseFaults {
     pub invalid: bool,
     /// The last pose is sent again and again, with new time stamps.
     pub frozen: bool,
-    /// All poses are 100 mm beside the truth.
+    /// All poses are off by 100 mm.
     pub displaced: bool,
     /// A bit of every message is turned, so that its checksum is wrong.
     pub damaged: bool,

@@ -1,7 +1,7 @@
 //! One emulated servo: its control table on one side, the servo of a [`ServoWorld`] on the other.
 //!
-//! The world moves the output; this module decides what it is told and what it reports: ticks, modes, goals, shutdowns,
-//! the watchdog, and what is forgotten without power. Multi-turn counts are forgotten too, as in the real one: after
+//! The world moves the output; this module decides what it is commanded and what it reports: ticks, modes, goals, shutdowns,
+//! the watchdog, and what is lost without power. Multi-turn counts are lost too, as in the real one: after
 //! a restart the servo reads 0 to 4095 again, whatever it read before.
 
 use super::protection::{Protection, Readings};
@@ -37,8 +37,8 @@ pub(super) struct EmulatedServo {
     k: usize,
     /// Position reading at angle 0 with no turns counted [ticks].
     mount: i32,
-    /// Whole turns that it has forgotten [ticks].
-    forgotten: i32,
+    /// Whole turns that were lost without power [ticks].
+    lost_turns: i32,
     power: Power,
     protection: Protection,
     /// Address and data of a reg write that waits for the action.
@@ -67,7 +67,7 @@ impl EmulatedServo {
             table,
             k,
             mount,
-            forgotten: 0,
+            lost_turns: 0,
             power: Power::On,
             protection: Protection::default(),
             registered: None,
@@ -75,7 +75,7 @@ impl EmulatedServo {
             way: 0,
             reference_before: (0, time),
         };
-        servo.forget(world);
+        servo.reset_turns(world);
         servo
     }
 
@@ -283,7 +283,7 @@ impl EmulatedServo {
         if self.table.is_set(xl430::MOVING) {
             return Err(Refusal::Result);
         }
-        self.forget(world);
+        self.reset_turns(world);
         self.drive(world);
         Ok(())
     }
@@ -294,7 +294,7 @@ impl EmulatedServo {
         self.restart(world);
     }
 
-    /// Off and on again: silent for [`START_TIME`], without torque, RAM and turns forgotten.
+    /// Off and on again: silent for [`START_TIME`], without torque, RAM and turns lost.
     pub fn restart(&mut self, world: &mut dyn ServoWorld) {
         self.cut(world);
         self.power = Power::Starting(world.time() + START_TIME);
@@ -307,13 +307,13 @@ impl EmulatedServo {
         self.protection = Protection::default();
         self.table.reset_ram();
         world.power_cycle(self.k);
-        self.forget(world);
+        self.reset_turns(world);
     }
 
-    /// Forgets whole turns, and takes the present position as the goal.
-    fn forget(&mut self, world: &dyn ServoWorld) {
+    /// Resets whole turns, and makes the present position the goal.
+    fn reset_turns(&mut self, world: &dyn ServoWorld) {
         let turn = xl430::TICKS_PER_TURN;
-        self.forgotten = (ticks(world.servo(self.k).angle) + self.mount).div_euclid(turn) * turn;
+        self.lost_turns = (ticks(world.servo(self.k).angle) + self.mount).div_euclid(turn) * turn;
         self.report(world);
         self.stay();
     }
@@ -336,7 +336,7 @@ impl EmulatedServo {
         let velocity = velocity.min(f64::from(fastest) * xl430::VELOCITY_UNIT);
         let command = ServoCommand {
             torque_on: self.is_torque_on(),
-            goal: goal - self.mount + self.forgotten,
+            goal: goal - self.mount + self.lost_turns,
             profile_velocity: velocity,
             profile_acceleration: acceleration,
             gains: Gains {
@@ -368,7 +368,7 @@ impl EmulatedServo {
 
     /// Position reading [ticks] at an angle of the world [rad].
     fn position_of(&self, angle: f64) -> i32 {
-        self.direction() * (ticks(angle) + self.mount - self.forgotten) + self.offset()
+        self.direction() * (ticks(angle) + self.mount - self.lost_turns) + self.offset()
     }
 
     /// -1 if the drive mode turns the direction round.

@@ -21,7 +21,7 @@ use hysteron_rig::bus::xl430;
 const BITS_PER_BYTE: f64 = 10.0;
 /// Longest time that the world lives through at once [s]; of longer gaps the rest is lost.
 const LONGEST_STEP: f64 = 0.25;
-/// A packet that stays unfinished so long is forgotten.
+/// A packet that stays unfinished so long is discarded.
 const BROKEN_OFF: Duration = Duration::from_millis(20);
 /// Largest id on a bus.
 const ID_MAX: usize = 252;
@@ -110,7 +110,7 @@ impl<W: ServoWorld> Bus<W> {
         bus
     }
 
-    /// Runs until it is told to stop.
+    /// Runs until the stop flag is set.
     pub fn run(&mut self) {
         let mut buffer = [0; 1024];
         while !self.shared.is_stopped.load(Ordering::Relaxed) {

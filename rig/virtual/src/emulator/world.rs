@@ -21,7 +21,7 @@ pub struct ServoReadings {
     pub temperature: f64,
 }
 
-/// A world with servos, which lives on as it is told; the emulator gives them registers and a bus.
+/// A world with servos, which advances on command; the emulator gives them registers and a bus.
 pub trait ServoWorld: Send + std::fmt::Debug {
     /// Which servos they are.
     fn model(&self) -> &'static ServoModel;
@@ -40,7 +40,7 @@ pub trait ServoWorld: Send + std::fmt::Debug {
     fn load(&self, k: usize) -> f64;
     /// Effort of the motor of servo `k`, by its model: load [-] or current [A].
     fn effort(&self, k: usize) -> f64;
-    /// Tells servo `k` what to do until it is told otherwise.
+    /// Sets the command of servo `k`, which holds until the next one.
     fn command(&mut self, k: usize, command: &ServoCommand);
     /// Switches servo `k` off and on again: it forgets its command; its output stays where it was, without torque.
     fn power_cycle(&mut self, k: usize);

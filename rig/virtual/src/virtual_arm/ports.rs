@@ -41,7 +41,7 @@ pub struct VirtualFollower {
     scatter: [[f64; N_SERVOS]; 2],
 }
 
-/// The leader of a trajectory, which the hand holds whatever its servos are told.
+/// The leader of a trajectory, which an external force holds whatever its servos are commanded.
 #[derive(Debug)]
 pub struct HeldLeader {
     leader: VirtualLeader,

@@ -73,9 +73,9 @@ pub struct ArmWorld {
     pub servos: [ServoState; N_SERVOS],
     /// Where each servo is asked to go [rad]; `None`: its torque is off.
     pub goals: [Option<f64>; N_SERVOS],
-    /// Torques on the joints besides all others [N m].
+    /// Additional torques on the joints [N m].
     pub disturbances: [f64; N_JOINTS],
-    /// Force on the tip besides that of an object [N].
+    /// Force on the tip in addition to that of an object [N].
     pub push: Vector3<f64>,
     /// Voltage of the bus [V].
     pub bus: f64,

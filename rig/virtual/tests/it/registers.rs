@@ -1,5 +1,5 @@
 //! Registers that somebody has touched: each one of the table is noticed before any torque is on, and can be written
-//! back; and two servos with one id are told from silence and from damage.
+//! back; and two servos with one id are distinguished from silence and from damage.
 
 use super::session::Stand;
 use hysteron_rig::bus::registers::{RegisterRole, RegisterSpec, StoredRegisters, TABLE};

@@ -44,7 +44,7 @@ impl Bench {
         self.start.elapsed().as_secs_f64()
     }
 
-    /// Sends pose number `n_sent`, 10 µm beside the one before.
+    /// Sends pose number `n_sent`, 10 µm from the one before.
     fn send(&mut self, quality: Quality) -> Pose {
         let time = self.now();
         let x = 1e-5 * self.n_sent as f64;

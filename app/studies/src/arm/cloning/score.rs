@@ -40,7 +40,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// Of the largest distances in trials, which are successes up to `near` [m], beside those of the policy that observes least.
+    /// Scores of the largest distances in trials, successes up to `near` [m], compared with those of the policy that observes least.
     pub fn of(task: Task, method: &str, (distances, near): (&[f64], f64), nothing: Option<&[f64]>) -> Self {
         let is_good = |distance: &f64| *distance <= near;
         let successes = distances.iter().filter(|d| is_good(d)).count();

@@ -2,8 +2,8 @@
 
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 
-/// "ours (published)".
-pub(crate) fn beside(ours: f64, published: f64, digits: usize) -> String {
+/// A measured value with the published one in brackets: "ours (published)".
+pub(crate) fn ours_and_published(ours: f64, published: f64, digits: usize) -> String {
     format!("{ours:.digits$} ({published})")
 }
 

@@ -10,7 +10,7 @@ use super::cells::{ForceCell, ForceStudy};
 use super::methods::{METHODS, PUBLISHED, TASKS};
 use super::outcome::{Outcome, Shown, over_arms, row};
 use super::score::Trace;
-use crate::arm::estimation::page::beside;
+use crate::arm::estimation::page::ours_and_published;
 
 /// Errors: heading, value.
 const ERRORS: [(&str, Shown); 4] = [
@@ -64,7 +64,7 @@ fn cells(study: &ForceStudy, method: usize, shown: Shown, with_published: bool) 
     let cell = |(k, found): (usize, Option<[f64; 2]>)| match (found, known) {
         (None, _) => "-".to_owned(),
         (Some([mean, deviation]), Some((_, known))) => {
-            format!("{} ± {deviation:.2}", beside(mean, known[k], 2))
+            format!("{} ± {deviation:.2}", ours_and_published(mean, known[k], 2))
         }
         (Some([mean, deviation]), None) => format!("{mean:.2} ± {deviation:.2}"),
     };

@@ -105,8 +105,9 @@ fn poses(page: &mut Page, study: &NeuralStudy) {
                         };
                         let ours = over_seeds(&study.published, &of).map(|(mean, _)| (mean, None));
                         // The first method is what the paper has.
-                        let beside = if m == 0 { format!(" ({})", published(joint)) } else { String::new() };
-                        format!("{}{beside}", text(ours, 2))
+                        let brackets =
+                            if m == 0 { format!(" ({})", published(joint)) } else { String::new() };
+                        format!("{}{brackets}", text(ours, 2))
                     };
                     format!("{} | {}", (0..4).map(one).collect::<Vec<_>>().join(" / "), one(4))
                 };
@@ -188,8 +189,8 @@ fn table_vi(page: &mut Page, study: &NeuralStudy) {
             let of = |own: &'static str| {
                 over_seeds(&study.published, &|cell| task_of(cell, &name)?["forces"][key][own].as_f64())
             };
-            let beside = known.map_or_else(String::new, |(_, values)| format!(" ({})", values[k]));
-            format!("{}{beside} | {}", text(of("mean_of_axes_n"), 2), text(of("loaded_axis_n"), 2))
+            let brackets = known.map_or_else(String::new, |(_, values)| format!(" ({})", values[k]));
+            format!("{}{brackets} | {}", text(of("mean_of_axes_n"), 2), text(of("loaded_axis_n"), 2))
         };
         let name = FORCES.iter().find(|(own, _)| *own == key).map_or("", |(_, name)| name);
         std::iter::once(name.to_owned()).chain(tasks.iter().enumerate().map(cell)).collect::<Vec<_>>()
@@ -207,8 +208,8 @@ fn conditions(page: &mut Page, study: &NeuralStudy) {
             let known = CONDITION.iter().find(|(known, _)| *known == name && split == "published split");
             let cell = |(at, key): (usize, &str)| {
                 let ours = over_seeds(cells, &|cell| cell["detectors"][k][key].as_f64());
-                let beside = known.map_or_else(String::new, |(_, values)| format!(" ({})", values[at]));
-                format!("{}{beside}", text(ours, 3))
+                let brackets = known.map_or_else(String::new, |(_, values)| format!(" ({})", values[at]));
+                format!("{}{brackets}", text(ours, 3))
             };
             let values = ["accuracy", "area"].into_iter().enumerate().map(cell);
             rows.push([split, name].map(str::to_owned).into_iter().chain(values).collect::<Vec<_>>());
@@ -261,7 +262,7 @@ fn networks(page: &mut Page, study: &NeuralStudy) {
     };
     // Baselines have no seed.
     let once = study.published.get(..1).unwrap_or_default();
-    let rivals = [2, 3, 4].map(|method: usize| {
+    let baselines = [2, 3, 4].map(|method: usize| {
         let cell = joints_and_aperture(once, METHODS[method], "500");
         [METHODS[method], "-", "-", &cell, "-", "-"].map(str::to_owned).to_vec()
     });
@@ -273,7 +274,7 @@ fn networks(page: &mut Page, study: &NeuralStudy) {
         "Joints less those of the first, recorded currents [deg]",
         "Pure simulation [deg]",
     ];
-    page.table(&head, NETWORKS.iter().zip(cells).map(row).chain(rivals));
+    page.table(&head, NETWORKS.iter().zip(cells).map(row).chain(baselines));
     page.paragraph(
         "As printed, contact and no contact together, J1 / J2 / J3 / J4 [deg] | gripper [mm] | force [N]:",
     );

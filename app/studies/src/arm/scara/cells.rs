@@ -66,8 +66,8 @@ pub fn scara_study(
     if !steps.begin("teaching") {
         return Ok(None);
     }
-    let teach = || Ok(Some(teaching_cell(&methods, options.trials, options.seed)?));
-    let Some(teaching) = cell(folder, "teaching", &identity, teach)? else { return Ok(None) };
+    let run = || Ok(Some(teaching_cell(&methods, options.trials, options.seed)?));
+    let Some(teaching) = cell(folder, "teaching", &identity, run)? else { return Ok(None) };
     if !steps.begin("collisions") {
         return Ok(None);
     }

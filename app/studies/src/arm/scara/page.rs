@@ -8,7 +8,7 @@ use hysteron_report::page::{Page, write_metrics, write_page};
 
 use super::cells::ScaraStudy;
 use super::outcome::Outcome;
-use crate::arm::estimation::page::{beside, joints};
+use crate::arm::estimation::page::{joints, ours_and_published};
 use crate::arm::estimation::scara_friction::{FrictionCell, TRUE, compensated, torque};
 
 /// Methods that the paper has, with the names of its columns; its order of tables 4 and 5.
@@ -49,7 +49,7 @@ fn place(method: &str) -> Option<usize> {
 }
 
 fn cell(ours: f64, published: Option<f64>, digits: usize) -> String {
-    published.map_or_else(|| format!("{ours:.digits$}"), |known| beside(ours, known, digits))
+    published.map_or_else(|| format!("{ours:.digits$}"), |known| ours_and_published(ours, known, digits))
 }
 
 /// Writes `report.html` and `metrics.json`.
@@ -61,7 +61,7 @@ pub(super) fn write(folder: &Path, study: &ScaraStudy, outcome: &Outcome) -> any
     page.paragraph(
         "Simulated: Wan et al. (2026) publish neither geometry nor data. True friction is their table 2, ANFIS, with Stribeck speeds of 0.2 rad/s, \
          as bristles; torques have 0.43 N m of noise; the estimators believe masses 2 % too large. Published values stand in brackets. \
-         \"least-squares-coulomb\" stands beside the paper's LS: least squares of the right law cannot be beaten by the others.",
+         \"least-squares-coulomb\" is the counterpart of the paper's LS: least squares of the right law cannot be beaten by the others.",
     );
     signals(folder, &mut page, study)?;
     friction(folder, &mut page, study)?;

@@ -8,7 +8,7 @@ use hysteron_report::page::{Page, write_metrics, write_page};
 
 use super::cells::{DRIFTS, WristStudy};
 use super::outcome::{Outcome, means};
-use crate::arm::estimation::page::{beside, joints};
+use crate::arm::estimation::page::{joints, ours_and_published};
 use crate::arm::estimation::simulated_errors::Comparison;
 use crate::arm::estimation::wrist::{Load, METHODS, WristCell, published};
 use crate::arm::estimation::wrist_sweep::{SweepCell, TORQUES};
@@ -58,11 +58,15 @@ fn sweep(folder: &Path, page: &mut Page, sweep: &SweepCell) -> anyhow::Result<()
     let head = ["Model", "Joint 1: RMS [N m]", "Joint 2: RMS [N m]"];
     let published = [[0.2336, 0.1076], [0.0688, 0.0550], [0.0760, 0.0333]];
     let rows = TORQUES[1..].iter().zip(&sweep.rms_n_m).zip(published).map(|((name, rms), known)| {
-        vec![(*name).to_owned(), beside(rms[0], known[0], 4), beside(rms[1], known[1], 4)]
+        vec![
+            (*name).to_owned(),
+            ours_and_published(rms[0], known[0], 4),
+            ours_and_published(rms[1], known[1], 4),
+        ]
     });
     page.table(&head, rows);
     page.paragraph(
-        "The paper's first two rows have its original friction model, ours have none. A constant torque and weight can hardly be told apart \
+        "The paper's first two rows have its original friction model, ours have none. A constant torque and weight can hardly be distinguished \
          in a sweep of a third of a radian: what one of them has too much in figure 5 the other has too little.",
     );
     let shown = |values: &[Option<f64>]| values.iter().map(|x| x.unwrap_or(f64::NAN)).collect::<Vec<f64>>();
@@ -93,7 +97,7 @@ fn table(page: &mut Page, load: Load, drift: f64, cells: &[&WristCell]) {
         let [errors, percents] = means(cells, k);
         let known = published(load).get(k).copied();
         let cell = |ours: f64, known: Option<f64>, digits: usize| match known {
-            Some(known) => beside(ours, known, digits),
+            Some(known) => ours_and_published(ours, known, digits),
             None => format!("{ours:.digits$}"),
         };
         let joint = |j: usize| {

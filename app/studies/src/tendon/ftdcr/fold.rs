@@ -120,7 +120,7 @@ fn twin_errors(
     let shapes = |rows: &[&Row]| rows.iter().map(|row| own.model.shape(&row.strokes)).collect::<Vec<_>>();
     let measured = |row: &&Row| own.of_robot(row.tip.into());
 
-    let beside = new_rows.iter().map(|row| fitted.model.shape(&row.strokes).marker).collect();
+    let of_model = new_rows.iter().map(|row| fitted.model.shape(&row.strokes).marker).collect();
     let (given, _) = robot.predict(fitted, &new)?;
     let (uncorrected, n_failed) = robot.predict(&own, &new)?;
     let left = robot.predict(&own, &known)?.0.into_iter().zip(&known_rows);
@@ -135,7 +135,7 @@ fn twin_errors(
     let tips: Vec<Vector3<f64>> = new_rows.iter().map(measured).collect();
     let (led, _) = robot.lead(&own, &new, &tips)?;
 
-    let by = [(fitted, beside), (fitted, given), (&own, uncorrected), (&own, corrected), (&own, led)];
+    let by = [(fitted, of_model), (fitted, given), (&own, uncorrected), (&own, corrected), (&own, led)];
     let off = |(fitted, markers): &(&Fitted, Vec<Vector3<f64>>)| -> Vec<f64> {
         let each = new_rows.iter().zip(markers);
         each.map(|(row, marker)| distance(fitted.measured(*marker), row.tip.map(|c| 1e3 * c))).collect()

@@ -19,7 +19,7 @@ pub struct InverseMetrics {
 pub struct TrunkResult {
     /// Names of the methods.
     pub methods: Vec<String>,
-    /// Errors of the motor angles on unseen blocks [deg].
+    /// Errors of the motor angles on test blocks [deg].
     pub unseen_blocks_deg: Vec<[f64; 5]>,
     /// The same with 200 g at the tip [deg].
     pub loaded_deg: Vec<[f64; 5]>,
@@ -49,6 +49,6 @@ pub struct PathDifference {
 pub struct SegmentsResult {
     /// Names of the methods.
     pub methods: Vec<String>,
-    /// Errors of the strokes on unseen patterns, fold by fold and method by method [mm].
+    /// Errors of the strokes on test patterns, fold by fold and method by method [mm].
     pub folds_mm: Vec<[f64; 5]>,
 }

@@ -92,7 +92,7 @@ fn study_trunk(folder: &Path, quick: bool, context: &Context) -> Result<TrunkRes
     let (same, other) = (row(0), row(1));
     print_errors(
         "trunk, error of the motor angles [deg]",
-        &[("unseen blocks", &same), ("the same, 200 g at the tip", &other)],
+        &[("test blocks", &same), ("the same, 200 g at the tip", &other)],
         context,
     );
     let paths = compare_paths(&tips, &loaded);
@@ -142,7 +142,7 @@ fn study_segments(path: &Path, quick: bool, context: &Context) -> Result<Segment
         })
         .collect::<Result<Vec<InverseScores>>>()?;
     let errors: Vec<Errors> = found.iter().map(|test| test.errors).collect();
-    let rows = [("unseen patterns, five folds", &errors)];
+    let rows = [("test patterns, five folds", &errors)];
     print_errors("three segments, error of the strokes [mm]", &rows, context);
     Ok(SegmentsResult { methods: METHODS.map(str::to_owned).to_vec(), folds_mm: errors })
 }

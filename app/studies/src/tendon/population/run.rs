@@ -190,7 +190,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_robot_that_failed_is_told_and_does_not_count() {
+    fn a_failed_robot_is_reported_and_does_not_count() {
         let one = |nrmse_percent| {
             Some(Followed { nrmse_percent, iou: 0.9, aligned_rmse_mm: Some(1.0), lag_ms: Some(50.0) })
         };

@@ -91,22 +91,22 @@ fn evaluate_sensor(chain: &Chain<'_>, robot: &str, effort: &Effort) -> Result<Se
     let with_servos = ["--servos", &servos, "--out", &sensor];
     let fit = [&["fit-sensor", &twin][..], &names, &[&known], &with, &with_servos].concat();
     chain.once(&sensor, &fit)?;
-    let tell = |recording: &str, name: &str| -> Result<sense::Outcome> {
-        let (told, figures) =
+    let sense = |recording: &str, name: &str| -> Result<sense::Outcome> {
+        let (estimates, figures) =
             (chain.path(&format!("told/{name}.parquet"))?, chain.path(&format!("told/{name}"))?);
-        let out = ["--sensor", &sensor, "--out", &told, "--figures", &figures];
+        let out = ["--sensor", &sensor, "--out", &estimates, "--figures", &figures];
         chain.command(&[&["sense", &twin, recording][..], &with, &out].concat())?;
         read_outcome(&Path::new(&figures).join("metrics.json"))
     };
-    let metrics = tell(&pushed, "pushed")?;
+    let metrics = sense(&pushed, "pushed")?;
     let contacts = |(k, recording): (usize, &String)| -> Result<[f64; 2]> {
-        let found = tell(recording, &format!("other-{k}"))?.scores.contacts;
+        let found = sense(recording, &format!("other-{k}"))?.scores.contacts;
         let ContactScore { false_alarms_per_hour, free_s, .. } =
             found.context("contacts of a recording without any")?;
         Ok([(false_alarms_per_hour * free_s / 3600.0).round(), free_s])
     };
-    let told = other.par_iter().enumerate().map(contacts).collect::<Result<Vec<_>>>()?;
-    let [alarms, seconds] = [0, 1].map(|c| told.iter().map(|of_one| of_one[c]).sum::<f64>());
+    let alarms = other.par_iter().enumerate().map(contacts).collect::<Result<Vec<_>>>()?;
+    let [alarms, seconds] = [0, 1].map(|c| alarms.iter().map(|of_one| of_one[c]).sum::<f64>());
     Ok(SensedRobot {
         robot: robot.to_owned(),
         scores: metrics.scores,

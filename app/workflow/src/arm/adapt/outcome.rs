@@ -20,7 +20,7 @@ pub struct Outcome {
     pub actuator: PathBuf,
     /// Whether the adapted actuator can be used.
     pub verdict: Verdict,
-    /// Doubts about the recordings.
+    /// Warnings about the recordings.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
     /// Joints that `--fix-base` holds at zero.

@@ -1,7 +1,7 @@
 //! `hysteron arm estimate --live`: estimates while a follower follows its leader.
 //!
 //! The arm is driven and guarded as by `hysteron arm record`, and nothing is sent that the leader did not ask for. Each row goes through
-//! the estimator before the next cycle begins, and its estimates stand beside it in the recording.
+//! the estimator before the next cycle begins, and its estimates are further channels of the recording.
 
 use std::cell::RefCell;
 use std::path::Path;

@@ -68,8 +68,8 @@ pub(super) fn evaluate(options: &Options, context: &Context) -> anyhow::Result<A
         let training = trajectories(&known, Role::Training, wanted)?;
         detectors = Some(comparison.detectors("", &training)?);
     }
-    let doubts = (findings.into_warnings(), held_joints(&model));
-    let outcome = ActuatorEvaluation::new(comparison.summary(), detectors, doubts, context);
+    let warnings = (findings.into_warnings(), held_joints(&model));
+    let outcome = ActuatorEvaluation::new(comparison.summary(), detectors, warnings, context);
     print(&outcome, context);
     if let Some(out) = &options.out {
         file::write_bytes(out, json::to_text(&outcome)?)?;

@@ -32,7 +32,7 @@ pub struct Options {
     /// Recordings whose path contains this move freely: a sample without label of force is one of no force; may be repeated
     #[cfg_attr(feature = "clap", arg(long, value_name = "TEXT", default_value = "force_unlabeled"))]
     pub free: Vec<String>,
-    /// Recordings or folders to which detectors of a degraded motor are fitted, to stand beside the network
+    /// Recordings or folders to which detectors of a degraded motor are fitted, as baselines of the network
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC", num_args = 1..))]
     pub detectors: Vec<PathBuf>,
     /// Velocities above this are noise, where accelerations are differences of them

@@ -41,7 +41,7 @@ pub struct DynamicsScores {
     pub pooled_r2: f64,
     /// Mean of the joints' coefficients of determination [-].
     pub mean_r2: f64,
-    /// Doubts about the recordings.
+    /// Warnings about the recordings.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
 }
@@ -72,7 +72,7 @@ pub struct ActuatorEvaluation {
     /// Detectors of a degraded motor, where recordings to fit them to were given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detectors: Option<Vec<DetectorScores>>,
-    /// Doubts about the recordings.
+    /// Warnings about the recordings.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
     /// Joints that `--fix-base` holds at zero.

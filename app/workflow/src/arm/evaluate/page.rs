@@ -54,9 +54,9 @@ fn shown(errors: &[Option<f64>]) -> String {
 pub(super) fn write(folder: &ReportFolder, outcome: &ActuatorEvaluation) -> anyhow::Result<()> {
     folder.write_metrics(outcome)?;
     let about = "Rollouts from the true initial state, as tables III to V of NeuralActuator: mean absolute error over the first steps, by \
-                 joint, aperture and force. Rivals were fitted to the training recordings.";
+                 joint, aperture and force. Baselines were fitted to the training recordings.";
     let conclusion = format!(
-        "The actuator, trained on {} recordings, is compared with its rivals on {} tasks.",
+        "The actuator, trained on {} recordings, is compared with its baselines on {} tasks.",
         outcome.trained_on,
         outcome.tasks.len()
     );

@@ -16,7 +16,7 @@ use crate::{Context, WorkflowError};
 
 /// Metadata key and version of the simulation model: recordings of another version differ in their physics.
 const MODEL: (&str, &str) = ("virtual_arm_model", "2");
-/// Copy of the arm's file, beside the data.
+/// Copy of the arm's file, next to the data.
 const ARM: &str = "arm.toml";
 /// A trajectory and where it goes.
 struct Job {
@@ -49,7 +49,7 @@ fn generate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let outputs = Outputs::reading(Some(&options.arm).filter(|arm| Path::new(arm).exists()));
     let outputs = missing.iter().fold(outputs, |outputs, job| outputs.file("--out", &job.out));
     let copy = options.out.join(ARM);
-    // The copy does not say who made it; the report beside it does.
+    // The copy does not name the command that made it; the report next to it does.
     let is_new = !copy.exists() || file::read_text(&copy)? == text;
     let has_report = options.out.join("metrics.json").exists();
     let outputs = if is_new || has_report { outputs } else { outputs.file("--out", &copy) };

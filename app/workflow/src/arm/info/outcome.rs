@@ -18,7 +18,7 @@ pub struct Outcome {
     pub reach_m: f64,
     /// Joints that are held at zero.
     pub held_joints: Vec<String>,
-    /// Doubts about the file, as sentences.
+    /// Warnings about the file, as sentences.
     pub warnings: Vec<String>,
 }
 

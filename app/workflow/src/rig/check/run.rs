@@ -200,7 +200,7 @@ fn print_survey(survey: &TrackerSurvey, context: &Context) {
         "tracker: noise {:.3} mm, jitter of stamps {:.2} ms, longest gap {:.1} ms",
         survey.noise_mm, survey.jitter_ms, survey.longest_gap_ms
     ));
-    for doubt in &survey.doubts {
-        tracing::warn!("tracker: {doubt}");
+    for warning in &survey.warnings {
+        tracing::warn!("tracker: {warning}");
     }
 }

@@ -13,7 +13,7 @@ const LAWS: [&str; 5] = ["stribeck", "coulomb-viscous", "directed-stribeck", LEA
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// Recordings of the rig with tick_goal_k, tick_present_k and load_k, or folders of them; tension_k_n beside them gives the
+    /// Recordings of the rig with tick_goal_k, tick_present_k and load_k, or folders of them; tension_k_n with them gives the
     /// scale of the loads and the backlash
     #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
     pub recordings: Vec<PathBuf>,

@@ -27,7 +27,7 @@ pub struct Outcome {
     pub servos: Vec<ServoEstimates>,
     /// Whether the numbers can be used.
     pub verdict: Verdict,
-    /// Doubts about the recordings.
+    /// Warnings about the recordings.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
     /// The command that made this.

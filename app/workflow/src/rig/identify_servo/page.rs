@@ -29,7 +29,7 @@ pub(super) fn write(
                 ("Samples of steady motion", pulley.samples.len().to_string()),
                 ("Misfit of the law, 1 for none [-]", format!("{:.2}", pulley.misfit)),
             ]),
-            Err(bad) => page.paragraph(&format!("Friction cannot be told: {bad}")),
+            Err(bad) => page.paragraph(&format!("Friction cannot be estimated: {bad}")),
         }
         page.table(&ESTIMATE_HEADINGS, servo.rows.iter().map(|row| row.estimate().cells()));
     }

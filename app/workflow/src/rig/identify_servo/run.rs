@@ -27,7 +27,7 @@ const SLOWEST: f64 = 0.03;
 /// Carries out the verb.
 ///
 /// # Errors
-/// Bad input; recordings from which nothing can be told of any servo; an interruption.
+/// Bad input; recordings from which nothing can be estimated of any servo; an interruption.
 pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
     Ok(identify_servos(options, context)?)
 }
@@ -105,7 +105,7 @@ fn identify(servo: &RecordedServo, options: &Options, period: f64) -> Identified
     IdentifiedPulley { number: servo.number, radius: servo.radius, law, pulley, backlash, has_tension, rows }
 }
 
-/// Everything that was told, and what was not with what to record.
+/// Everything that was estimated; for the rest, what to record.
 fn rows(
     pulley: &Result<PulleyFit, BadInput>,
     backlash: &Result<Backlash, BadInput>,
@@ -132,12 +132,13 @@ fn rows(
             let is_of_low_speed = is_speed(&row.name) || row.name.starts_with("breakaway_excess");
             let is_held = matches!(estimate.standing, Identifiability::Undetermined(_));
             if is_of_low_speed && (is_blurred || is_held) {
-                row.note = format!("cannot be told: below {finest:.2} rad/s a servo moves tick by tick");
+                row.note = format!("cannot be estimated: below {finest:.2} rad/s a servo moves tick by tick");
                 (row.value, row.standard_error) = (f64::NAN, None);
                 row.standing = Identifiability::Undetermined(Vec::new());
             } else if is_held {
                 row.note =
-                    "cannot be told: record slower and faster motion of a tendon pulled more and less".into();
+                    "cannot be estimated: record slower and faster motion of a tendon pulled more and less"
+                        .into();
                 row.value = f64::NAN;
             }
             row
@@ -155,7 +156,7 @@ fn rows(
             name: "backlash_mm".into(),
             value: f64::NAN,
             standard_error: None,
-            note: format!("cannot be told: {bad}"),
+            note: format!("cannot be estimated: {bad}"),
             standing: Identifiability::Undetermined(Vec::new()),
         }),
     }
@@ -173,7 +174,9 @@ fn print(found: &IdentifiedPulley, context: &Context) {
                 rms(&pulley.residuals)
             ));
         }
-        Err(bad) => context.print(format_args!("servo {}: friction cannot be told: {bad}", found.number)),
+        Err(bad) => {
+            context.print(format_args!("servo {}: friction cannot be estimated: {bad}", found.number))
+        }
     }
     print_rows(&found.rows, context);
 }

@@ -23,7 +23,7 @@ use crate::{COMMIT, Context, WorkflowError};
 /// Carries out the verb.
 ///
 /// # Errors
-/// Bad input; a rig that does not do what it is told, or a limit that is passed; an interruption. What was measured is in files.
+/// Bad input; a rig that does not follow its commands; a limit that is passed; an interruption. What was measured is in files.
 pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
     Ok(record(options, context)?)
 }

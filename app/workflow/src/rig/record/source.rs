@@ -107,7 +107,7 @@ impl Source {
         identity
     }
 
-    /// The files that describe it beside a data set, as they were when it was read: names and texts.
+    /// Files that describe it next to a data set, as they were when it was read: names and texts.
     pub fn description_files(&self) -> Vec<(&'static str, String)> {
         match self {
             Self::Live { text, .. } => vec![("rig.toml", text.clone())],
@@ -137,7 +137,7 @@ pub fn write_description(folder: &Path, files: &[(&str, String)]) -> anyhow::Res
     Ok(())
 }
 
-/// Puts a calibration beside a data set; one that is there must say the same.
+/// Writes a calibration next to a data set; one that is there must be the same.
 pub fn keep_calibration(folder: &Path, calibration: &RigCalibration) -> anyhow::Result<()> {
     let path = folder.join("calibration.toml");
     if !path.exists() {
@@ -153,7 +153,7 @@ pub fn keep_calibration(folder: &Path, calibration: &RigCalibration) -> anyhow::
 
 fn of_another(path: &Path) -> BadInput {
     BadInput::new(path.display().to_string(), "the file of this command's rig, plan and seed", "another")
-        .hint("the recordings beside it are of another command; choose another --out")
+        .hint("the recordings next to it are of another command; choose another --out")
 }
 
 /// Where the calibration of a rig on its ports is.

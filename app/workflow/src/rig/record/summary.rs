@@ -71,7 +71,7 @@ fn is_trouble(event: &Event) -> bool {
     event.kind != EventKind::Run
 }
 
-/// The log beside a recording; empty where it was not kept.
+/// The log next to a recording; empty where there is none.
 fn events_beside(out: &Path) -> Vec<Event> {
     let text = std::fs::read_to_string(events_path(out)).unwrap_or_default();
     text.lines().filter_map(|line| json::from_text(line).ok()).collect()

@@ -17,7 +17,7 @@ use crate::tendon::sense::input::stroke_per_tick;
 const LENGTH: f64 = 60.0;
 /// The last window may be as short as this part of it.
 const SHORTEST: f64 = 0.25;
-/// Fewest families of shapes from which lost motion is told: going round one shape, a tip that lags and one that bends look alike.
+/// Fewest families of shapes from which lost motion is estimated: going round one shape, a tip that lags and one that bends look alike.
 const FAMILIES: usize = 3;
 /// Slowest steady motion whatever the rate [rad/s].
 const SLOWEST: f64 = 0.03;

@@ -1,4 +1,4 @@
-//! From a recording to what every tendon is told in every sample.
+//! From a recording to the target of every tendon in every sample.
 //!
 //! The drive of a primary tendon says which channel it follows: `stroke_k_m`, or `tension_k_n`. Auxiliary tendons
 //! follow `aux_kk_m` where the recording has them, and otherwise rest: at the allowed value nearest to zero.
@@ -42,7 +42,7 @@ impl<'a> Command<'a> {
         Self::checked(twin, recording).map_err(|bad| bad.within(path.display()))
     }
 
-    /// Leaves the strokes of all primary tendons open for `goals`; the auxiliary ones are told what [`Self::new`]
+    /// Leaves the strokes of all primary tendons open for `goals`; the auxiliary ones are commanded what [`Self::new`]
     /// tells them.
     pub fn with_free_strokes(
         twin: &Twin,

@@ -12,7 +12,7 @@ use super::trace::Trace;
 use crate::shared::error::Cancelled;
 use crate::shared::paths;
 
-/// Files of a run that stopped: `OUT.partial.EXT`, and beside it `OUT.state`.
+/// Files of a run that stopped: `OUT.partial.EXT`, and next to it `OUT.state`.
 #[derive(Debug)]
 pub struct Partial {
     /// The samples that were done.
@@ -22,7 +22,7 @@ pub struct Partial {
 }
 
 impl Partial {
-    /// Beside a recording that is to be written, whose name is checked.
+    /// Partial files of a recording that will be written; its name is checked.
     ///
     /// # Errors
     /// `BadInput` for a name that a recording must not have.

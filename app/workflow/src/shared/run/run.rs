@@ -60,13 +60,13 @@ pub fn run(
         Some(network) => Some(Residual::new(network, &twin, input.sample_duration()?)?),
         None => None,
     };
-    // Of every sample its tip, strokes and tensions, with what they were told to be.
+    // Of every sample its tip, strokes and tensions, measured and commanded.
     let n_columns = 4 + 2 * (twin.n_primary + twin.tendons.len());
     memory::check_result(&input.path, input.samples.n_samples(), n_columns)?;
     let mut state = start(options, &partial, &twin, &provenance, &command)?;
     log(&scene, &twin, &command);
     input.warn();
-    let foreseen = foresee(&scene, (&mesh, &quality), task, &command)?;
+    let predicted = predict_locking(&scene, (&mesh, &quality), task, &command)?;
 
     context.listen();
     let mut series = series_of(options, &twin, &command, state.trace.len())?;
@@ -92,7 +92,7 @@ pub fn run(
         }
         return Err(partial.stopped(end, n_done, &twin, &command));
     };
-    sum_up(&mut summary, &input, (&twin, &command), recording, foreseen.as_ref(), &farthest.1);
+    sum_up(&mut summary, &input, (&twin, &command), recording, predicted.as_ref(), &farthest.1);
     recording.write(&options.out)?;
     if let Some(path) = &options.save_state {
         last.write(path, &twin, &scene.hash, &context.command)?;
@@ -151,7 +151,7 @@ fn log(scene: &Scene, twin: &Twin, command: &Command) {
 }
 
 /// Warns of a doubtful mesh, and estimates what linear tetrahedra will lose where the strokes are known.
-fn foresee(
+fn predict_locking(
     scene: &Scene,
     (mesh, quality): (&Mesh, &MeshQuality),
     task: Task,
@@ -186,12 +186,12 @@ fn sum_up(
     input: &RunInput,
     (twin, command): (&Twin, &Command),
     recording: &Recording,
-    foreseen: Option<&LockedMove>,
+    predicted: Option<&LockedMove>,
     farthest: &TwinState,
 ) {
     summary.finish(twin, recording, command.goals.as_ref());
-    summary.locking = foreseen.map(|foreseen| {
-        let moved = RunLocking::new(foreseen, tip_distance(twin, farthest));
+    summary.locking = predicted.map(|predicted| {
+        let moved = RunLocking::new(predicted, tip_distance(twin, farthest));
         moved.warn();
         moved
     });

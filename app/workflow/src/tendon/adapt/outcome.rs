@@ -32,7 +32,7 @@ pub struct Outcome {
     pub recordings: Vec<MotionErrors>,
     /// Options of the adaptation.
     pub options: AdaptOptions,
-    /// Doubts about the recordings.
+    /// Warnings about the recordings.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
     /// The command that made this.

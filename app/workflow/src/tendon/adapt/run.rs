@@ -38,7 +38,7 @@ fn adapt_network(options: &Options, context: &Context) -> anyhow::Result<Outcome
         network.rollout(&twin, motion.step).map_err(|bad| bad.within(&motion.name))?;
     }
     let outputs = Outputs::reading(inputs.iter().map(|input| &input.path)).and([&options.checkpoint]);
-    let folder = paths::beside(&options.out, options.figures.as_deref());
+    let folder = paths::report_folder(&options.out, options.figures.as_deref());
     let outputs = outputs.scene(&options.scene, &scene).file("--out", &options.out);
     let _claim = outputs.report("--figures", Some(&folder)).check(context)?;
     let findings = recording_checks::of_inputs(&inputs, &recording_checks::context_of(&twin, Purpose::Fit))?;

@@ -51,7 +51,7 @@ pub struct SceneSummary {
     pub factor_bytes: usize,
     /// Share of the motion that linear tetrahedra lose.
     pub locking: LockingEstimate,
-    /// Doubts about the mesh, as sentences.
+    /// Warnings about the mesh, as sentences.
     pub warnings: Vec<String>,
 }
 

@@ -86,7 +86,7 @@ fn print(found: &[Warning], unreadable: &[(&PathBuf, BadInput)], context: &Conte
     }
     if found.is_empty() {
         if unreadable.is_empty() {
-            context.print("nothing is in doubt");
+            context.print("no warnings");
         }
         return;
     }

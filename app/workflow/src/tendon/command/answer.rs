@@ -23,7 +23,7 @@ pub(super) struct Target {
     pub(super) axes: Axes,
 }
 
-/// Strokes for a path, and what is recorded beside them, with an approach before the path and a return after it.
+/// Strokes for a path, and the other recorded channels, with an approach before the path and a return after it.
 pub(super) struct Answer {
     /// Samples before the path's first.
     pub(super) approach: usize,

@@ -29,7 +29,7 @@ impl Way {
         })
     }
 
-    /// Strokes for the path, and what is recorded beside them.
+    /// Strokes for the path, and the other recorded channels.
     ///
     /// # Errors
     /// Bad input; an interruption; a path that the twin cannot follow.

@@ -27,7 +27,7 @@ pub struct Outcome {
     pub target: TargetSummary,
     /// One entry per recording.
     pub recordings: Vec<RecordingScore>,
-    /// Doubts about the recordings.
+    /// Warnings about the recordings.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
     /// How the strokes were commanded, where that is known.

@@ -162,8 +162,8 @@ mod tests {
     #[test]
     fn repeats_have_one_name_and_rivals_their_own() {
         assert_eq!(names(&["a.csv", "b.csv"]).unwrap(), [(None, 2)]);
-        let rivals = names(&["twin=a.csv", "network=b.csv", "twin=c.csv"]).unwrap();
-        assert_eq!(rivals, [(Some("twin".to_owned()), 2), (Some("network".to_owned()), 1)]);
+        let methods = names(&["twin=a.csv", "network=b.csv", "twin=c.csv"]).unwrap();
+        assert_eq!(methods, [(Some("twin".to_owned()), 2), (Some("network".to_owned()), 1)]);
         assert_eq!(names(&["twin=a.csv", "b.csv"]).unwrap_err().place, "recordings");
         assert_eq!(names(&["=a.csv"]).unwrap_err().place, "NAME");
     }

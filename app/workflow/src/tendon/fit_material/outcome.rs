@@ -36,8 +36,9 @@ pub struct Outcome {
     /// Largest tension of every tendon with the fitted scene [N].
     pub largest_tensions_n: Vec<f64>,
     /// Warnings about the result, and other explanations of the errors that are left.
-    pub doubts: Vec<String>,
-    /// Doubts about the recordings.
+    #[serde(rename = "doubts")]
+    pub warnings: Vec<String>,
+    /// Warnings about the recordings.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
     /// Recordings that were compared.
@@ -145,7 +146,7 @@ impl Outcome {
             errors_after: errors(1),
             gravity_m_s2: found.scene.gravity,
             largest_tensions_n: found.tensions.clone(),
-            doubts: finished.doubts(),
+            warnings: finished.warnings(),
             recording_warnings: finished.findings.warnings().to_vec(),
             recordings: motions.len(),
             recordings_of_another_role: finished.n_other_role,

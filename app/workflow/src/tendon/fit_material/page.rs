@@ -33,7 +33,7 @@ pub(super) fn write(folder: &ReportFolder, outcome: &Outcome, finished: &Finishe
         &["RMSE of the tip [mm]", "x", "y", "z", "distance"],
         [error_row("scene", &outcome.errors_before), error_row("fitted", &outcome.errors_after)],
     );
-    page.list(outcome.doubts.iter().map(|doubt| ("Doubt", doubt.clone())));
+    page.list(outcome.warnings.iter().map(|warning| ("Warning", warning.clone())));
     page.table(&correlation_headings(outcome), correlation_rows(outcome));
     page.list([
         ("Search", outcome.ended.clone()),

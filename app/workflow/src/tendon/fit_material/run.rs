@@ -173,7 +173,7 @@ fn print(finished: &FinishedFit, outcome: &Outcome, context: &Context) {
         context.print(format_args!("gravity: ({x:.3}, {y:.3}, {z:.3}) m/s²"));
     }
     print_collinear(fit, context);
-    outcome.doubts.iter().for_each(|doubt| context.print(doubt));
+    outcome.warnings.iter().for_each(|warning| context.print(warning));
     tracing::info!(
         "{} in {:.1} s: {} iterations, {} evaluations of {} steps; {} residuals worth {:.0} independent ones",
         fit.ended,
@@ -189,7 +189,7 @@ fn print(finished: &FinishedFit, outcome: &Outcome, context: &Context) {
     }
 }
 
-/// Correlation from which on two parameters are said to be told apart badly.
+/// Correlation from which on two parameters are reported as hardly distinguishable.
 const CORRELATED: f64 = 0.9;
 
 /// Prints which parameters the recordings hardly tell apart.

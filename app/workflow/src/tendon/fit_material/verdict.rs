@@ -1,4 +1,4 @@
-//! The assessment of a material fit: its verdict, and doubts about it.
+//! The assessment of a material fit: its verdict, and warnings about it.
 
 use hysteron_base::Scene;
 use hysteron_report::verdict::{Criterion, Verdict};
@@ -89,11 +89,11 @@ impl FinishedFit<'_> {
     }
 
     /// Warnings about the outcome, and other explanations of the remaining errors.
-    pub fn doubts(&self) -> Vec<String> {
-        let mut doubts = Vec::new();
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
         let at_bound = |estimate: &&IdentifiedParameter| estimate.standing == Identifiability::AtBound;
         for estimate in self.found.fit.estimates.iter().filter(at_bound) {
-            doubts
+            warnings
                 .push(format!("{} ended at a bound: an assumption of the scene may be wrong", estimate.name));
         }
         for ((tendon, tension), most) in
@@ -101,18 +101,19 @@ impl FinishedFit<'_> {
         {
             if *tension > STRAINED * most {
                 let name = &tendon.name;
-                doubts.push(format!("{name} would need {tension:.1} N of the {most:.1} N that it can pull"));
+                warnings
+                    .push(format!("{name} would need {tension:.1} N of the {most:.1} N that it can pull"));
             }
         }
         for hint in &self.found.hints {
             let [now, then] = hint.rms.map(|rms| 1e3 * rms);
             let how = if hint.fit.is_empty() { String::new() } else { format!(" (--fit {})", hint.fit) };
             let what = &hint.instead;
-            doubts.push(format!(
+            warnings.push(format!(
                 "another explanation of the errors: {what}, {now:.3} -> {then:.3} mm per coordinate{how}"
             ));
         }
-        doubts
+        warnings
     }
 }
 

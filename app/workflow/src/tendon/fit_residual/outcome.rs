@@ -25,7 +25,7 @@ pub struct Outcome {
     pub networks: Vec<FitReport>,
     /// Where a network does no better than a baseline.
     pub warnings: Vec<String>,
-    /// Doubts about the recordings.
+    /// Warnings about the recordings.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
     /// Data and options, as the checkpoint holds them.

@@ -36,7 +36,7 @@ fn train(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let inputs = inputs::read(&options.recordings)?;
     let scene_hash = common_scene(&inputs)?;
     let outputs = Outputs::reading(inputs.iter().map(|input| &input.path));
-    let figures = paths::beside(&options.out, options.figures.as_deref());
+    let figures = paths::report_folder(&options.out, options.figures.as_deref());
     let outputs = outputs.file("--out", &options.out).report("--figures", Some(&figures));
     let _claim = outputs.check(context)?;
     let findings = recording_checks::of_inputs(&inputs, &CheckContext::new(Purpose::Fit))?;
@@ -199,13 +199,13 @@ fn kind(recording: &Recording) -> String {
 }
 
 fn sequence(input: &Input) -> anyhow::Result<Sequence> {
-    let beside =
+    let sensitivity_of =
         |path: &Path| -> Option<PathBuf> { Some(path.parent()?.join("sensitivity").join(path.file_name()?)) };
-    let path = beside(&input.path).unwrap_or_default();
+    let path = sensitivity_of(&input.path).unwrap_or_default();
     if !path.exists() {
         return Err(BadInput::new(
             path.display().to_string(),
-            "what hysteron identify wrote beside the recording",
+            "the sensitivity that hysteron identify writes next to the recording",
             "nothing",
         )
         .hint("identify the recordings of the robot first")

@@ -1,4 +1,4 @@
-//! `hysteron fit-sensor`: what a robot's forces can be told from, learned from motion without contact.
+//! `hysteron fit-sensor`: a force sensor of a robot, learned from motion without contact.
 
 mod options;
 mod outcome;

@@ -28,7 +28,7 @@ pub struct Outcome {
     pub recordings: Vec<(String, String)>,
     /// Whether forces can be estimated with this sensor.
     pub verdict: Verdict,
-    /// Doubts about the recordings.
+    /// Warnings about the recordings.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
     /// The command that made this.

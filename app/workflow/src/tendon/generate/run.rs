@@ -23,7 +23,7 @@ use crate::{COMMIT, Context, Progress, WorkflowError};
 
 /// Plan that is used where none is named.
 const DEFAULT_PLAN: &str = "synthetic";
-/// Copy of the plan, beside the data.
+/// Copy of the plan, next to the data.
 const PLAN: &str = "plan.toml";
 
 /// A trajectory and where it goes.

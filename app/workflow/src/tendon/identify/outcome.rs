@@ -27,7 +27,7 @@ pub struct Outcome {
     pub recordings: Vec<IdentifiedRecording>,
     /// Recordings that were not used, and why.
     pub left_out: Vec<String>,
-    /// Doubts about the recordings.
+    /// Warnings about the recordings.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
     /// Hash of the scene and its mesh.

@@ -74,7 +74,7 @@ impl Input {
         self.motion.step
     }
 
-    /// Goes through the recording with the twin; `on` is told every observation.
+    /// Goes through the recording with the twin; `on` receives every observation.
     pub fn observe(
         &self,
         twin: &Twin,
@@ -110,7 +110,7 @@ impl Input {
     }
 }
 
-/// Logs how long samples took [ms] beside what there is [s].
+/// Logs how long samples took [ms], compared with their period [s].
 pub fn log_times(name: &str, times: &mut [f64], period: f64) {
     times.sort_by(f64::total_cmp);
     let percentile =

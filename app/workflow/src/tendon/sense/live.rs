@@ -1,8 +1,8 @@
-//! Sensing while a robot is recorded: the rows that become the recording go through the estimators of `hysteron sense`, so both tell
-//! the same.
+//! Sensing while a robot is recorded: the rows that become the recording go through the estimators of `hysteron sense`, so both give
+//! the same estimates.
 //!
-//! A sample costs milliseconds, so a thread of its own works while the rig's cycle goes on. A rig in real time asks what has been told
-//! so far; a simulated one waits, and its recordings stay the same bytes.
+//! A sample costs milliseconds, so a thread of its own works while the rig's cycle goes on. A rig in real time takes the estimates that are
+//! ready; a simulated one waits, and its recordings stay the same bytes.
 
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -27,7 +27,7 @@ use crate::shared::network::{self, Network};
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct LiveOptions {
-    /// Force sensor by hysteron fit-sensor: contacts and tensions are told while the robot moves
+    /// Force sensor by hysteron fit-sensor: contacts and tensions are estimated while the robot moves
     #[cfg_attr(feature = "clap", arg(long, required = false, value_name = "FILE", requires = "scene"))]
     pub sensor: PathBuf,
     /// Scene that the sensor was fitted with
@@ -39,7 +39,7 @@ pub struct LiveOptions {
     /// End the recording at a contact: slowly back to rest
     #[cfg_attr(feature = "clap", arg(long, requires = "sensor"))]
     pub stop_on_contact: bool,
-    /// End the recording, torque off, where a tendon is told to be pulled by more
+    /// End the recording, torque off, where the estimated tension of a tendon is larger
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", requires = "sensor"))]
     pub tension_max: Option<f64>,
 }
@@ -58,7 +58,7 @@ pub struct LiveSensing {
     sensor: ForceSensor,
 }
 
-/// Whether a rig waits for what is told.
+/// Whether a rig waits for estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SensingMode {
     /// It does not: its cycles come when they must.
@@ -111,7 +111,7 @@ impl LiveSensing {
         let layout = Layout::new(recorder.channels(), calibration)?;
         let strokes: Vec<f64> = commands.strokes().iter().map(|channel| channel[0]).collect();
         let (rows, queue) = sync_channel(QUEUE);
-        let (answers, told) = channel();
+        let (answers, estimates) = channel();
         let it = self.clone();
         let thread = std::thread::spawn(move || {
             if let Err(error) = it.work(&layout, &strokes, &queue, &answers) {
@@ -119,19 +119,19 @@ impl LiveSensing {
                 let _ = answers.send(Answer::Failed(format!("{error:#}")));
             }
         });
-        if let Answer::Failed(message) = told.recv().context("the thread that senses has ended")? {
+        if let Answer::Failed(message) = estimates.recv().context("the thread that senses has ended")? {
             anyhow::bail!("sensing: {message}");
         }
         Ok(recorder.supervised_by(Box::new(Live {
             rows: Some(rows),
-            told,
+            estimates,
             thread: Some(thread),
             pace,
             stop_on_contact: self.options.stop_on_contact,
             tension_max: self.options.tension_max,
             n_waiting: 0,
             time: 0.0,
-            told_until: 0.0,
+            estimated_until: 0.0,
             contact: None,
             failure: None,
             is_late: false,
@@ -157,7 +157,7 @@ impl LiveSensing {
             let start = Instant::now();
             let (sensed, _) = sensing.sense(&mut observer, &layout.sample(&values, &mut held))?;
             times.push(1e3 * start.elapsed().as_secs_f64());
-            if answers.send(Answer::Told(TimedEstimate { time, sensed })).is_err() {
+            if answers.send(Answer::Estimate(TimedEstimate { time, sensed })).is_err() {
                 break;
             }
         }
@@ -183,7 +183,7 @@ struct TimedEstimate {
 #[derive(Debug)]
 enum Answer {
     Ready,
-    Told(TimedEstimate),
+    Estimate(TimedEstimate),
     Failed(String),
 }
 
@@ -211,7 +211,7 @@ impl Layout {
         let place = |name: &str| {
             channels.iter().position(|channel| channel == name).ok_or_else(|| {
                 BadInput::new("--sensor", format!("a rig that records {name}"), "one that does not").hint(
-                    "forces are told from a tracked tip: register a tracker with `hysteron rig calibrate`",
+                    "forces are estimated from a tracked tip: register a tracker with `hysteron rig calibrate`",
                 )
             })
         };
@@ -272,20 +272,20 @@ struct Contact {
 struct Live {
     /// None once the recording is over.
     rows: Option<SyncSender<Row>>,
-    told: Receiver<Answer>,
+    estimates: Receiver<Answer>,
     thread: Option<JoinHandle<()>>,
     pace: SensingMode,
     stop_on_contact: bool,
     tension_max: Option<f64>,
-    /// Rows that nothing was told of yet.
+    /// Rows without an estimate yet.
     n_waiting: usize,
-    /// Of the last row, and of the last one that something was told of [s].
+    /// Of the last row, and of the last one with an estimate [s].
     time: f64,
-    told_until: f64,
+    estimated_until: f64,
     contact: Option<Contact>,
     /// Why there is no more sensing.
     failure: Option<String>,
-    /// It was said that it lags behind.
+    /// Whether it was logged that sensing lags behind.
     is_late: bool,
 }
 
@@ -300,10 +300,10 @@ impl Supervisor for Live {
     }
 
     fn check(&mut self, notes: &mut Vec<(EventKind, String)>) -> Result<(), Violation> {
-        while let Some(told) = self.next() {
-            self.look_at(&told, notes)?;
+        while let Some(estimate) = self.next() {
+            self.check_estimate(&estimate, notes)?;
         }
-        let lag = self.time - self.told_until;
+        let lag = self.time - self.estimated_until;
         let problem = match &self.failure {
             Some(failure) => failure.clone(),
             None if lag > LAG_MAX => format!("it is {:.0} ms behind the robot", 1e3 * lag),
@@ -331,14 +331,14 @@ impl Live {
             return None;
         }
         let answer = match self.pace {
-            SensingMode::Blocking => self.told.recv().map_err(|_| TryRecvError::Disconnected),
-            SensingMode::RealTime => self.told.try_recv(),
+            SensingMode::Blocking => self.estimates.recv().map_err(|_| TryRecvError::Disconnected),
+            SensingMode::RealTime => self.estimates.try_recv(),
         };
         match answer {
-            Ok(Answer::Told(told)) => {
+            Ok(Answer::Estimate(estimate)) => {
                 self.n_waiting -= 1;
-                self.told_until = told.time;
-                return Some(told);
+                self.estimated_until = estimate.time;
+                return Some(estimate);
             }
             Ok(Answer::Failed(message)) => self.failure = Some(message),
             Err(TryRecvError::Disconnected) => self.failure = Some("its thread has ended".to_owned()),
@@ -348,12 +348,12 @@ impl Live {
     }
 
     /// Notes contacts that begin and end, and refuses what is not to be.
-    fn look_at(
+    fn check_estimate(
         &mut self,
-        told: &TimedEstimate,
+        estimate: &TimedEstimate,
         notes: &mut Vec<(EventKind, String)>,
     ) -> Result<(), Violation> {
-        let TimedEstimate { time, sensed } = told;
+        let TimedEstimate { time, sensed } = estimate;
         let tip = &sensed.tip;
         let largest = tip.force.norm();
         let begins = tip.is_contact && self.contact.is_none();
@@ -381,7 +381,7 @@ impl Live {
             Some(k) => {
                 let (tension, error) = sensed.tensions[k];
                 let message = format!(
-                    "tension: expected at most {limit:.1} N, told {tension:.1} N (standard error {error:.1} N)"
+                    "tension: expected at most {limit:.1} N, estimated {tension:.1} N (standard error {error:.1} N)"
                 );
                 Err(Violation { tendon: Some(k), message, shutdown: ShutdownAction::TorqueOff })
             }
@@ -394,7 +394,7 @@ impl Drop for Live {
         // The thread ends where no row can come any more.
         drop(self.rows.take());
         if let Some(thread) = self.thread.take() {
-            // What made it panic has been said by the thread itself.
+            // The thread itself has reported its panic.
             let _ = thread.join();
         }
     }

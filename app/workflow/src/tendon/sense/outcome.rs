@@ -23,7 +23,7 @@ pub struct Outcome {
     pub scores: SensingScores,
     /// The sensor that made the estimates.
     pub sensor: ForceSensor,
-    /// Doubts about the recording.
+    /// Warnings about the recording.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
     /// Name of the recording.

@@ -21,7 +21,8 @@ pub(super) struct EstimateSeries<'a> {
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
 pub(super) fn write(folder: &ReportFolder, outcome: &Outcome, shown: &EstimateSeries) -> anyhow::Result<()> {
     folder.write_metrics(outcome)?;
-    let about = "Tensions at the pulleys and the force on the tip, told from strokes, loads, tip and twin.";
+    let about =
+        "Tensions at the pulleys and the force on the tip, estimated from strokes, loads, tip and twin.";
     let conclusion = match outcome.scores.forces.first() {
         Some(score) => {
             format!("The force on the tip is {:.3} N off in the median ({}).", score.median_n, score.method)
@@ -92,7 +93,7 @@ fn with_truth(label: String, estimate: &[f64], truth: Option<&[f64]>) -> TimePan
     if let Some(truth) = truth {
         curves.push(Curve { width: 2.0, ..Curve::new("true", 1, truth.to_vec()) });
     }
-    curves.push(Curve { width: 1.2, ..Curve::new("told", 0, estimate.to_vec()) });
+    curves.push(Curve { width: 1.2, ..Curve::new("estimated", 0, estimate.to_vec()) });
     TimePanel::new(label, curves)
 }
 

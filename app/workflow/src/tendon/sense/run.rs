@@ -52,7 +52,7 @@ fn sense(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let sensed: Vec<SensedSample> = observed.samples.iter().map(|sample| sensing.step(sample)).collect();
     let meta = Metadata {
         scene_hash: scene.hash.clone(),
-        source: format!("forces told from {}", read.name),
+        source: format!("forces estimated from {}", read.name),
         commit: COMMIT.to_owned(),
         command: context.command.clone(),
         ..Metadata::default()

@@ -126,7 +126,7 @@ fn raw_loads(input: &Input, load: &LoadModel) -> Vec<Vec<f64>> {
     (0..input.motion.len()).map(of).collect()
 }
 
-/// Generalized momentum of each servo, I ω: what is left of its change beside motor and friction is the tendon's,
+/// Generalized momentum of each servo, I ω: what motor and friction leave of its change is the tendon's,
 ///
 /// r' = K (τ - τ_f(ω) - r) - K I ω'.
 fn momentum_loads(input: &Input, load: &LoadModel, period: f64) -> anyhow::Result<Vec<Vec<f64>>> {

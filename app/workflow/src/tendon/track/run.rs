@@ -16,7 +16,7 @@ use crate::{Context, WorkflowError};
 /// Carries out the verb.
 ///
 /// # Errors
-/// Bad input; an interruption; a rig that does not do as it is told.
+/// Bad input; an interruption; a rig that does not follow its commands.
 pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
     Ok(follow(options, context)?)
 }

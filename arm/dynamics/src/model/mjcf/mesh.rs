@@ -277,8 +277,8 @@ fn locate(at: &Attributes, file: &str, settings: &Settings, folder: Option<&Path
     let first = folder.join(&settings.mesh_folder).join(file);
     // A file that is included may name what stands next to it.
     let own = Path::new(at.element.file()).parent().filter(|own| !own.as_os_str().is_empty());
-    let beside = own.map(|own| own.join(&settings.mesh_folder).join(file));
-    Ok(beside.filter(|path| !first.is_file() && path.is_file()).unwrap_or(first))
+    let included = own.map(|own| own.join(&settings.mesh_folder).join(file));
+    Ok(included.filter(|path| !first.is_file() && path.is_file()).unwrap_or(first))
 }
 
 fn float(bytes: &[u8]) -> f64 {

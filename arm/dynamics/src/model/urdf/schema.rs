@@ -97,9 +97,9 @@ const UNPREFIXED: [&str; 5] = ["include", "macro", "property", "if", "unless"];
 /// # Errors
 /// `BadInput` for what is spelled almost like something that is read.
 pub(super) fn unknown(robot: &Element) -> Check<Vec<String>> {
-    let mut told = UnknownParts { seen: BTreeSet::new(), sentences: Vec::new() };
-    told.element(robot, &ROBOT)?;
-    Ok(told.sentences)
+    let mut unknown = UnknownParts { seen: BTreeSet::new(), sentences: Vec::new() };
+    unknown.element(robot, &ROBOT)?;
+    Ok(unknown.sentences)
 }
 
 struct UnknownParts {

@@ -280,10 +280,10 @@ fn package_folder(folder: &str, package: &str) -> Option<String> {
     let folder = std::path::Path::new(folder).canonicalize().ok().filter(|_| is_plain)?;
     folder.ancestors().take(16).find_map(|above| {
         let own = above.file_name().is_some_and(|name| name == package);
-        let beside = above.join(package);
+        let neighbour = above.join(package);
         match own {
             true => Some(above.display().to_string()),
-            false => beside.is_dir().then(|| beside.display().to_string()),
+            false => neighbour.is_dir().then(|| neighbour.display().to_string()),
         }
     })
 }

@@ -133,7 +133,7 @@ fn stall_of_the_network_delays_no_pose() {
             None => n_unplaced += 1,
         }
     }
-    // Of 4 s the first 3 are too late to be told from a clock set anew.
+    // Of 4 s the first 3 are too late to be distinguished from a clock set anew.
     assert!((118..=122).contains(&n_unplaced), "{n_unplaced}");
 }
 

@@ -36,7 +36,7 @@ fn repeated_stamps_and_poses_from_the_past_are_left_out() {
 }
 
 #[test]
-fn staleness_is_told_once_and_names_the_other_tools() {
+fn staleness_is_logged_once_and_names_the_other_tools() {
     let mut intake = intake();
     intake.connected(1.0);
     intake.take(tool("Base", 0.0, None), 1.1);
@@ -66,10 +66,10 @@ fn floods_of_damage_become_an_event_per_second_and_all_are_counted() {
     }
     intake.tick(10.0);
     assert_eq!(intake.counts.damaged, 400);
-    let told: Vec<&Event> = intake.events.iter().filter(|e| e.kind == EventKind::TrackerCorrupt).collect();
-    assert_eq!(told.len(), 5, "{told:?}");
-    assert_eq!(told[0].message, "wrong");
-    assert_eq!(told[1].message, "wrong; 100 such since the last report");
+    let logged: Vec<&Event> = intake.events.iter().filter(|e| e.kind == EventKind::TrackerCorrupt).collect();
+    assert_eq!(logged.len(), 5, "{logged:?}");
+    assert_eq!(logged[0].message, "wrong");
+    assert_eq!(logged[1].message, "wrong; 100 such since the last report");
 }
 
 #[test]

@@ -150,7 +150,7 @@ fn motions_of_four_tendons_give_the_frame() {
         let at = found.apply_to_point(rest);
         assert!((0..3).all(|k| (at[k] - rest_there[k]).abs() < ROUNDING));
 
-        // Two are enough, if nothing has to be told from a mirror image.
+        // Two are enough, if no mirror image has to be excluded.
         assert!(Registration::from_motions(&motions[..2], rest, rest_there).is_ok());
 
         // 0.2 mm of noise on each end of 40 mm.

@@ -4,7 +4,7 @@ use super::{endless, ideal};
 use crate::virtual_arm::{ArmWorld, N_JOINTS, VirtualArm};
 
 const WARM: [f64; 5] = [25.0; 5];
-/// Where the arm is let go [rad].
+/// Where the arm is released [rad].
 const HANGING: [f64; 4] = [0.2, 0.5, 0.3, 0.2];
 
 /// Gravity down the arm: an arm that stands swings like one that hangs.

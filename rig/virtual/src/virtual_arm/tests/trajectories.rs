@@ -29,8 +29,8 @@ fn readings_are_whole_steps_of_the_registers() {
         ("pwm_2_ratio", 1.0 / 885.0),
     ] {
         let values = recording.channel(name).unwrap();
-        let beside = values.iter().map(|x| (x / step - (x / step).round()).abs()).fold(0.0, f64::max);
-        assert!(beside < 1e-6, "{name}: {beside}");
+        let off_grid = values.iter().map(|x| (x / step - (x / step).round()).abs()).fold(0.0, f64::max);
+        assert!(off_grid < 1e-6, "{name}: {off_grid}");
         assert!(values.iter().any(|x| *x != values[0]), "{name} changes");
     }
     assert!(recording.channel("temperature_5_degc").unwrap().iter().all(|t| t.fract() == 0.0));

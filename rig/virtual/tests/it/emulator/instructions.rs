@@ -148,7 +148,7 @@ fn a_reboot_forgets_ram_and_torque_and_is_silent_for_a_while() {
 }
 
 #[test]
-fn a_factory_reset_keeps_what_it_is_told_to() {
+fn a_factory_reset_keeps_the_requested_registers() {
     let mut bench = Bench::new();
     bench.write(2, SHUTDOWN, 0).unwrap();
     bench.ask(2, 6, &[2]).unwrap();

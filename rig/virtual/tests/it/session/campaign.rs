@@ -38,7 +38,7 @@ pub(super) const RIG: [(&str, &str); 3] = [
 ];
 /// As in [`RIG`] [s].
 const STALE: f64 = 1.2;
-/// From a fault to its event, beside what the fault itself takes [s]: a cycle until it strikes, and the timeouts of
+/// From a fault to its event, in addition to the duration of the fault itself [s]: a cycle until it strikes, and the timeouts of
 /// one read with its retries.
 const NOTICED: f64 = 0.01 + 5.0 * 0.04;
 /// Same for those which the session sees at its slow reads, and which the tracker tells of once a second [s].
@@ -144,7 +144,7 @@ pub(super) fn fatal(seed: u64) -> Script {
 }
 
 /// Events of which at least one tells of a fault, and how long after its beginning at the latest [s]; none for what
-/// cannot be told from silence.
+/// cannot be distinguished from silence.
 fn told_by(fault: &BusFault, is_fatal: bool) -> Option<(&'static [EventKind], f64)> {
     use EventKind::{
         BusLost, Corrupt, HardwareError, Limit, Reset, Timeout, TrackerCorrupt, TrackerLost, TrackerQuality,
@@ -205,9 +205,9 @@ fn carry_out(script: &Script, n_tries: u32) -> Found {
         let n = n_reads.get();
         rows.set(Some((rows.get().map_or(n - 1, |(first, _)| first), n)));
     };
-    let rival = Rival::start(&rig.config);
+    let other = OtherProgram::start(&rig.config);
     let outcome = recorder.run(session, &small_circle(script.n_rows), &|| false, progress).unwrap();
-    let n_taken = rival.end();
+    let n_taken = other.end();
 
     let mut problems = Vec::new();
     // A bus that was unplugged comes back as a port that nobody has.
@@ -254,10 +254,10 @@ fn check_events(
     }
     for (time, fault) in injected {
         let Some((kinds, within)) = told_by(fault, script.end != End::Plan) else { continue };
-        let is_told = events.iter().any(|event| {
+        let is_logged = events.iter().any(|event| {
             kinds.contains(&event.kind) && event.time_s >= *time && event.time_s <= time + within + slack
         });
-        if !is_told {
+        if !is_logged {
             let near: Vec<&Event> =
                 events.iter().filter(|e| (e.time_s - time).abs() < within + slack + 1.0).collect();
             problems.push(format!("{fault:?} at {time:.3} s is not in the log: {near:?}"));
@@ -326,12 +326,12 @@ fn check_data(
 }
 
 /// Another program that wants the port.
-struct Rival {
+struct OtherProgram {
     is_over: Arc<AtomicBool>,
     thread: JoinHandle<usize>,
 }
 
-impl Rival {
+impl OtherProgram {
     fn start(config: &RigConfig) -> Self {
         let is_over = Arc::new(AtomicBool::new(false));
         let (flag, config) = (is_over.clone(), config.clone());

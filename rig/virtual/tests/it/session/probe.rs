@@ -49,7 +49,7 @@ impl Rig {
         Self { turn: Some(turn), ..Self::among_others(replace) }
     }
 
-    /// The same, beside others of the campaign.
+    /// The same, in parallel with others of the campaign.
     pub fn among_others(replace: &[(&str, &str)]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let robot = VirtualRobot::preset("typical").unwrap();
@@ -139,7 +139,7 @@ pub struct Read {
     pub servos: Vec<Option<(i32, f64)>>,
 }
 
-/// Breaks things at their times, and notes what the session is told.
+/// Injects faults at their times, and notes what the session reads.
 pub struct Probe<'a> {
     pub rig: LiveRig,
     emulator: &'a ServoEmulator,

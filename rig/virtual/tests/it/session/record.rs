@@ -25,11 +25,11 @@ fn every_cycle_becomes_a_row_and_the_torque_is_off_in_the_end() {
     assert!((recording.rate_hz().unwrap() - 100.0).abs() < 1e-6);
     let commands = circle(n);
     let measured: Vec<usize> = (0..recording.n_samples()).filter(|i| !recording.gap()[*i]).collect();
-    // A command is what the servo was told, to half a tick.
+    // A recorded command is the goal of the servo, to half a tick.
     let half_tick = 0.5 * std::f64::consts::TAU * 0.01 / 4096.0;
-    for (told, planned) in recording.strokes().iter().zip(commands.strokes()) {
+    for (recorded, planned) in recording.strokes().iter().zip(commands.strokes()) {
         for (i, planned) in measured.iter().zip(planned) {
-            assert!((told[*i] - planned).abs() <= half_tick * (1.0 + 1e-9));
+            assert!((recorded[*i] - planned).abs() <= half_tick * (1.0 + 1e-9));
         }
     }
     let kinds: Vec<EventKind> = outcome.events.iter().map(|event| event.kind).collect();

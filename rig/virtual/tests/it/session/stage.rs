@@ -26,7 +26,7 @@ pub enum Mishap {
     Servos(fn(&mut [Option<ServoSample>])),
 }
 
-/// A simulated rig, and what it is told.
+/// A simulated rig and its commands.
 pub struct Stage {
     hardware: SimulatedRig,
     mishap: Mishap,

@@ -22,7 +22,7 @@ pub struct Outcome {
     pub model: PathBuf,
     /// Whether the model can be used.
     pub verdict: Verdict,
-    /// Doubts about the recordings.
+    /// Warnings about the recordings.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
 }

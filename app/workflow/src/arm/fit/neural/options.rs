@@ -126,7 +126,7 @@ pub fn prior(text: &str) -> Result<MotorModelKind, String> {
 pub enum SensingForm {
     /// The network in the loop, as published.
     Loop,
-    /// A network of their own, beside a momentum observer.
+    /// A network of their own, together with a momentum observer.
     Observer,
 }
 
@@ -176,7 +176,7 @@ impl Options {
     pub(super) fn actuator(&self, drive: Option<CatalogueDrive>) -> Result<ActuatorOptions, BadInput> {
         if drive.is_some() != (self.prior == MotorModelKind::Drive) {
             let (expected, found) = match drive {
-                Some(_) => ("--prior drive beside it", "another prior"),
+                Some(_) => ("--prior drive with it", "another prior"),
                 None => ("a name or a file, for --prior drive", "none"),
             };
             return Err(BadInput::new("--drive", expected, found));

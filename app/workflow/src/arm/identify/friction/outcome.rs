@@ -35,11 +35,11 @@ pub struct Outcome {
     pub samples: usize,
     /// Seed of populations.
     pub seed: u64,
-    /// Doubts about the fit, as sentences.
+    /// Warnings about the fit, as sentences.
     pub warnings: Vec<String>,
     /// Whether the law can be used.
     pub verdict: Verdict,
-    /// Doubts about the recordings.
+    /// Warnings about the recordings.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
     /// The command that made this.

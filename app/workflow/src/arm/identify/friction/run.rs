@@ -160,7 +160,7 @@ fn warnings(velocity: &[f64], torque: &[f64], rows: &[Row]) -> Vec<String> {
         let moving = velocity.iter().filter(|v| sign * **v > 0.0).count();
         if (moving as f64) < ONE_SIDED * n {
             warnings.push(format!(
-                "only {moving} of {n} samples move {direction}: friction and offset cannot be told apart; record both directions"
+                "only {moving} of {n} samples move {direction}: friction and offset cannot be separated; record both directions"
             ));
         }
     }

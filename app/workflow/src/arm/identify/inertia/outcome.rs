@@ -27,7 +27,7 @@ pub struct Outcome {
     pub n_determined: usize,
     /// Condition number of these combinations [-].
     pub condition: f64,
-    /// Terms that can hardly be told apart, as sentences.
+    /// Terms that can hardly be distinguished, as sentences.
     pub warnings: Vec<String>,
     /// Smallest eigenvalue of the pseudo-inertia, body by body; above 0 where a body is physically possible.
     pub least_pseudo_inertias: Vec<f64>,
@@ -39,7 +39,7 @@ pub struct Outcome {
     pub response: Option<ResponseEstimate>,
     /// Whether the bodies can be used.
     pub verdict: Verdict,
-    /// Doubts about the recordings.
+    /// Warnings about the recordings.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
     /// Joints that `--fix-base` holds at zero.

@@ -33,7 +33,7 @@ pub struct Outcome {
     pub cutoff_hz: f64,
     /// Whether the payload can be used.
     pub verdict: Verdict,
-    /// Doubts about the recordings.
+    /// Warnings about the recordings.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
     /// Joints that `--fix-base` holds at zero.

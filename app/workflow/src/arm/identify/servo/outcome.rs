@@ -37,7 +37,7 @@ pub struct Outcome {
     pub converged: bool,
     /// Whether the drive can be used.
     pub verdict: Verdict,
-    /// Doubts about the recordings.
+    /// Warnings about the recordings.
     #[serde(default)]
     pub recording_warnings: Vec<Warning>,
     /// The command that made this.
