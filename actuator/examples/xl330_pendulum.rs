@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let width = estimate.standard_error.unwrap_or(f64::NAN);
             println!(
                 "  {:34} {:10.5} ± {width:9.2e}  {:?}",
-                estimate.name, estimate.value, estimate.standing
+                estimate.name, estimate.value, estimate.identifiability
             );
         }
         rows.push(json!({

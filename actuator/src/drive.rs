@@ -454,14 +454,14 @@ mod tests {
             let temperature = 60.0;
             let [torque, current] = drive.follow(gain, [error, speed], temperature);
             let [alone, share] = drive.load_friction(speed);
-            let rubs = (alone + share * (load - torque).abs()) * speed.signum() + drive.viscous() * speed;
+            let friction = (alone + share * (load - torque).abs()) * speed.signum() + drive.viscous() * speed;
             let duty = (drive.position_loop.duty_per_radian(gain) * error).clamp(-1.0, 1.0);
             let mut state = DriveState { velocity: speed, ..DriveState::resting(0.0, temperature) };
             let load = DriveLoad { inertia, torque: load };
             drive.step(&mut state, Bridge::Driven(duty), load, h);
             let whole = (state.velocity - speed) * (inertia + drive.gear.armature) / h;
             // A speed near 1 known to 1e-16 is a torque known to 1e-7.
-            assert!((whole - (torque + load.torque - rubs)).abs() < 1e-6, "{whole} {torque} {rubs}");
+            assert!((whole - (torque + load.torque - friction)).abs() < 1e-6, "{whole} {torque} {friction}");
             assert!((state.current - current).abs() < 1e-6, "{} {current}", state.current);
         }
         drive.gear.backlash = 0.01;

@@ -94,7 +94,7 @@ impl Circle {
     ///
     /// # Errors
     /// A step fails.
-    pub fn bare(&self) -> Result<f64> {
+    pub fn uncorrected(&self) -> Result<f64> {
         let mut uncorrected = PhysicsTwin::new(&self.twin);
         self.rate(|_, strokes| Ok(uncorrected.step(strokes).map(drop)?))
     }
@@ -210,14 +210,14 @@ pub fn rows(repetitions: usize, n: usize) -> Result<Vec<TableRow>> {
         let circle = Circle::new(file, n)?;
         let model = circle.network()?;
         let (mut identified, mut rolled_out, mut uncorrected, mut left) = (0.0f64, 0.0f64, 0.0f64, 0.0);
-        let (mut bare_times, mut sensing_times) = (Vec::new(), Vec::new());
+        let (mut rollout_times, mut sensing_times) = (Vec::new(), Vec::new());
         for _ in 0..repetitions {
             let rate;
             (rate, left) = circle.identified()?;
             identified = identified.max(rate);
-            uncorrected = uncorrected.max(circle.bare()?);
+            uncorrected = uncorrected.max(circle.uncorrected()?);
             rolled_out = rolled_out.max(circle.rolled_out(&model)?);
-            bare_times.extend(circle.rollout_times(&model)?);
+            rollout_times.extend(circle.rollout_times(&model)?);
             sensing_times.extend(circle.sensing_times(&model)?);
         }
         let alone = "the same twin without auxiliary tendons";
@@ -228,11 +228,11 @@ pub fn rows(repetitions: usize, n: usize) -> Result<Vec<TableRow>> {
         };
         rows.push(row("identification", identified, 400.0));
         rows.push(row("rollout with network", rolled_out, 1000.0));
-        let [sensing, bare] = [&sensing_times, &bare_times].map(|times| 1e3 * percentile(times, 0.99));
+        let [sensing, rollout] = [&sensing_times, &rollout_times].map(|times| 1e3 * percentile(times, 0.99));
         let name = format!("4 + 36 tendons, {what}: tensions and tip force estimated, 99 % of samples");
         rows.push(
             TableRow::new(name, sensing, "ms")
-                .against(bare, "the rollout alone")
+                .against(rollout, "the rollout alone")
                 .goal(Target::AtMost(1e3 * PERIOD)),
         );
         rows.push(

@@ -72,10 +72,10 @@ impl WaveTraining {
         let loss = |outputs: &[f32], d_outputs: &mut [f32]| {
             let mut sum = 0.0;
             let per_value = 1.0 / outputs.len() as f32;
-            let seen = &self.inputs[self.inputs.len() - outputs.len() / 2..];
+            let last = &self.inputs[self.inputs.len() - outputs.len() / 2..];
             for (k, (output, d)) in outputs.iter().zip(d_outputs).enumerate() {
                 let sample = k / 4;
-                let off = output - 0.5 * (seen[2 * sample] + seen[2 * sample + 1]);
+                let off = output - 0.5 * (last[2 * sample] + last[2 * sample + 1]);
                 *d = 2.0 * off * per_value;
                 sum += f64::from(off * off * per_value);
             }

@@ -52,7 +52,7 @@ impl MotionKind {
         if flat < FLAT {
             return Self::Line;
         }
-        let ways: Vec<([f64; 2], [f64; 2])> = points
+        let moves: Vec<([f64; 2], [f64; 2])> = points
             .windows(2)
             .map(|pair| {
                 let middle = [0, 1].map(|c| 0.5 * (pair[0][c] + pair[1][c]));
@@ -60,9 +60,9 @@ impl MotionKind {
             })
             .collect();
         let length = |v: &[f64; 2]| v[0].hypot(v[1]);
-        let fastest = ways.iter().map(|(_, way)| length(way)).fold(0.0, f64::max);
+        let fastest = moves.iter().map(|(_, way)| length(way)).fold(0.0, f64::max);
         let (mut along, mut total, mut bins) = (0.0, 0.0, [0.0; BINS]);
-        for (place, way) in ways.iter().filter(|(_, way)| length(way) > SLOW * fastest) {
+        for (place, way) in moves.iter().filter(|(_, way)| length(way) > SLOW * fastest) {
             let far = length(place).max(f64::MIN_POSITIVE);
             along += (place[0] * way[0] + place[1] * way[1]).abs() / far;
             total += length(way);

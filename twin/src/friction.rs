@@ -35,8 +35,8 @@ pub(crate) fn bounds_into(twin: &Twin, shape: &CableShape, tensions: &[f64], bou
 /// Lets the friction points stick at their slip within `bounds` [N].
 pub(crate) fn stick(twin: &Twin, slip: &[f64], bounds: &[f64], control: &mut StepTargets) {
     let first = twin.tendons.len();
-    for (i, (slide, bound)) in slip.iter().zip(bounds).enumerate() {
-        control.strokes[first + i] = *slide;
+    for (i, (value, bound)) in slip.iter().zip(bounds).enumerate() {
+        control.strokes[first + i] = *value;
         control.lower[first + i] = -bound;
         control.upper[first + i] = *bound;
     }

@@ -35,7 +35,7 @@ pub struct LearnedMap {
     speeds: Vec<f64>,
     /// Knots of the torque through the gear, ascending; none where friction does not depend on it [N m].
     loads: Vec<f64>,
-    rising: Monotonicity,
+    monotonicity: Monotonicity,
 }
 
 impl LearnedMap {
@@ -53,19 +53,19 @@ impl LearnedMap {
                 return Err(BadInput::new(name, expected, format!("{knots:?}")));
             }
         }
-        Ok(Self { speeds, loads, rising: Monotonicity::Nowhere })
+        Ok(Self { speeds, loads, monotonicity: Monotonicity::Nowhere })
     }
 
     /// The same, which does not fall along `rising`: its parameters then are increments, none of them negative, and every map that
     /// does not fall at its weights can be had.
-    pub fn rising(self, rising: Monotonicity) -> Self {
-        Self { rising, ..self }
+    pub fn monotone(self, monotonicity: Monotonicity) -> Self {
+        Self { monotonicity, ..self }
     }
 
     /// Weights of the splines, by speed and then by load, from the parameters [N m].
     pub fn weights<'p, T: Real>(&self, p: &'p [T]) -> Cow<'p, [T]> {
-        let with_speed = matches!(self.rising, Monotonicity::WithSpeed | Monotonicity::WithBoth);
-        let with_load = matches!(self.rising, Monotonicity::WithLoad | Monotonicity::WithBoth);
+        let with_speed = matches!(self.monotonicity, Monotonicity::WithSpeed | Monotonicity::WithBoth);
+        let with_load = matches!(self.monotonicity, Monotonicity::WithLoad | Monotonicity::WithBoth);
         if !(with_speed || with_load) {
             return Cow::Borrowed(p);
         }
@@ -110,7 +110,7 @@ impl JointFriction for LearnedMap {
         let n_loads = self.n_loads();
         let of = |k: usize| {
             let (speed, load) = (k / n_loads + 1, k % n_loads + 1);
-            let map = if self.rising == Monotonicity::Nowhere { "map" } else { "map_rise" };
+            let map = if self.monotonicity == Monotonicity::Nowhere { "map" } else { "map_rise" };
             let name = match n_loads {
                 1 => format!("{map}_{speed}_n_m"),
                 _ => format!("{map}_{speed}_{load}_n_m"),
@@ -258,8 +258,8 @@ mod tests {
         let truth = |v: f64| 0.3 + 0.2 * v.tanh();
         let velocity: Vec<f64> = (0..60).map(|k| 0.05 * f64::from(k + 1)).collect();
         let torque: Vec<f64> = velocity.iter().map(|v| truth(*v) + rng.random_range(-0.1..0.1)).collect();
-        let fitted = |rising: Monotonicity| {
-            let map = LearnedMap::of_speeds(&velocity).unwrap().rising(rising);
+        let fitted = |monotonicity: Monotonicity| {
+            let map = LearnedMap::of_speeds(&velocity).unwrap().monotone(monotonicity);
             let law = Law::LearnedMap(map.clone());
             let found = identify_friction(&law, &velocity, &torque, None).unwrap();
             let curve: Vec<f64> = (velocity.iter())
@@ -268,9 +268,9 @@ mod tests {
             let square: f64 = velocity.iter().zip(&curve).map(|(v, f)| (f - truth(*v)).powi(2)).sum();
             (curve.windows(2).all(|pair| pair[1] >= pair[0] - 1e-12), square)
         };
-        let [free, rising] = [Monotonicity::Nowhere, Monotonicity::WithSpeed].map(fitted);
-        assert!(!free.0 && rising.0, "{free:?} {rising:?}");
-        assert!(rising.1 < free.1, "{free:?} {rising:?}");
+        let [free, monotone] = [Monotonicity::Nowhere, Monotonicity::WithSpeed].map(fitted);
+        assert!(!free.0 && monotone.0, "{free:?} {monotone:?}");
+        assert!(monotone.1 < free.1, "{free:?} {monotone:?}");
     }
 
     #[test]
@@ -288,7 +288,7 @@ mod tests {
         }
         let free = LearnedMap::new(vec![0.0, 0.7, 2.0], vec![0.0, 0.8, 2.0]).unwrap();
         let maps = [Monotonicity::Nowhere, Monotonicity::WithLoad, Monotonicity::WithBoth]
-            .map(|r| free.clone().rising(r));
+            .map(|r| free.clone().monotone(r));
         let weights = maps.each_ref().map(|map| {
             let law = Law::LearnedMap(map.clone());
             let found = identify_friction_through(&law, &velocity, &through, &torque, None).unwrap();

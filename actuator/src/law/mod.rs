@@ -187,7 +187,7 @@ impl Law {
             LEARNED_MAP => LearnedMap::of_speeds(velocity).map(Self::LearnedMap),
             RISING_MAP => {
                 let map = LearnedMap::of_speeds(velocity)?;
-                Ok(Self::LearnedMap(map.rising(Monotonicity::WithSpeed)))
+                Ok(Self::LearnedMap(map.monotone(Monotonicity::WithSpeed)))
             }
             _ => Self::named(name),
         }

@@ -193,12 +193,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let mut report = hysteron_base::json!({ "joints": n, "single": single(&model, &states) });
     pool.install(|| {
-        let ways = [
+        let instruction_sets = [
             ("lanes", Some(Isa::detect())),
             ("lanes_avx2", Isa::avx2()),
             ("lanes_portable", Some(Isa::portable())),
         ];
-        for (way, isa) in ways.into_iter().filter_map(|(way, isa)| Some((way, isa?))) {
+        for (way, isa) in instruction_sets.into_iter().filter_map(|(way, isa)| Some((way, isa?))) {
             report[way] = batches(&model, &states, isa);
             report[format!("{way}_rollouts")] = rollouts(&model, &states, isa, Integrator::SemiImplicitEuler);
             let with_friction = Integrator::WithFriction(EndStops::Rigid);

@@ -163,11 +163,11 @@ impl BoxQp {
             let v = self.speeds[i];
             let others: f64 = row.iter().zip(&self.speeds).map(|(a, v)| a * v).sum::<f64>() - row[i] * v;
             let (pull, dry, [low, high]) = (self.pull[i] - others, self.dry[i], self.bounds[i]);
-            let slides = if pull.abs() <= dry { 0.0 } else { (pull - dry * pull.signum()) / row[i] };
-            self.speeds[i] = slides.clamp(low, high);
+            let sliding = if pull.abs() <= dry { 0.0 } else { (pull - dry * pull.signum()) / row[i] };
+            self.speeds[i] = sliding.clamp(low, high);
             let contact = match self.speeds[i] {
                 0.0 => ContactState::Sticks,
-                v if v == slides || v.is_nan() => ContactState::Slides(v.signum()),
+                v if v == sliding || v.is_nan() => ContactState::Slides(v.signum()),
                 v => ContactState::Stops(usize::from(v > 0.0)),
             };
             is_same &= contact == self.contacts[i];
@@ -201,7 +201,7 @@ impl BoxQp {
         }
     }
 
-    /// Whether what slides does so in the direction assumed and within its bounds.
+    /// Whether what sliding does so in the direction assumed and within its bounds.
     fn is_consistent(&self) -> bool {
         self.rows.iter().zip(&self.side).all(|(&i, x)| {
             (self.dry[i] == 0.0 || self.contacts[i] == ContactState::Slides(x.signum()))

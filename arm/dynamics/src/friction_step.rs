@@ -57,7 +57,7 @@ pub(crate) struct FrictionStep<T> {
     /// and velocities.
     speeds: Vec<T>,
     /// One where the joint slides, the sign of its motion, one where it stops, and the end at which it does.
-    slides: Vec<T>,
+    sliding: Vec<T>,
     signs: Vec<T>,
     stopped: Vec<T>,
     ends: Vec<T>,
@@ -99,7 +99,7 @@ impl<T: Scalar> FrictionStep<T> {
             pull: row.clone(),
             dry: row.clone(),
             speeds: row.clone(),
-            slides: row.clone(),
+            sliding: row.clone(),
             signs: row.clone(),
             stopped: row.clone(),
             ends: row,
@@ -163,11 +163,11 @@ impl<T: Scalar> FrictionStep<T> {
                 for u in 0..m {
                     let row = &self.mass[m * u..m * (u + 1)];
                     let force = self.pull[u] - self.signs[u] * self.dry[u] - dot(row, &self.speeds);
-                    self.pull[u] = self.slides[u].mul_add(force, (one - self.slides[u]) * self.speeds[u]);
+                    self.pull[u] = self.sliding[u].mul_add(force, (one - self.sliding[u]) * self.speeds[u]);
                     for w in 0..m {
-                        self.factor[m * u + w] = self.slides[u] * self.slides[w] * row[w];
+                        self.factor[m * u + w] = self.sliding[u] * self.sliding[w] * row[w];
                     }
-                    self.factor[m * u + u] = self.factor[m * u + u] + (one - self.slides[u]);
+                    self.factor[m * u + u] = self.factor[m * u + u] + (one - self.sliding[u]);
                 }
                 dense::factor(m, &mut self.factor);
                 self.speeds.copy_from_slice(&self.pull);
@@ -188,9 +188,9 @@ impl<T: Scalar> FrictionStep<T> {
         for lane in 0..T::N_LANES {
             self.find_contacts_of(lane);
         }
-        for (u, [slides, signs, stopped, ends]) in self.found.iter().enumerate() {
+        for (u, [sliding, signs, stopped, ends]) in self.found.iter().enumerate() {
             let like = self.speeds[u];
-            self.slides[u] = like.constants(slides);
+            self.sliding[u] = like.constants(sliding);
             self.signs[u] = like.constants(signs);
             self.stopped[u] = like.constants(stopped);
             self.ends[u] = like.constants(ends);
@@ -327,7 +327,7 @@ impl<T: Scalar> FrictionStep<T> {
         let one = q[0].splat(1.0);
         for (u, &i) in self.followers.independent.iter().enumerate() {
             q[i] = (one - self.stopped[u]) * q[i];
-            self.pull[u] = self.slides[u] * q[i].mul_add(q[i].splat(self.period), dq[i]);
+            self.pull[u] = self.sliding[u] * q[i].mul_add(q[i].splat(self.period), dq[i]);
         }
         dense::solve_columns(m, &self.factor, &mut self.pull);
         // A joint that stops takes the others with it at the velocity that its way to the stop needs.

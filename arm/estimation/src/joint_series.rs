@@ -110,11 +110,11 @@ impl<'a> ArmRecording<'a> {
             }
         }
         let joint = |joint: usize| {
-            let slides = recording
+            let is_prismatic = recording
                 .channel(&JointQuantityKind::Position.channel(JointKind::Prismatic, joint))
                 .is_some();
             RecordedJoint {
-                kind: if slides { JointKind::Prismatic } else { JointKind::Revolute },
+                kind: if is_prismatic { JointKind::Prismatic } else { JointKind::Revolute },
                 position: series(JointQuantityKind::Position, joint),
                 velocity: series(JointQuantityKind::Velocity, joint),
                 acceleration: series(JointQuantityKind::Acceleration, joint),

@@ -46,8 +46,8 @@ pub(super) fn smoothed(
     let (_, without_delay_mm) = fit(&training, &validation)?;
     let most = (largest_delay / data.step) as usize;
     // Chosen on training data: validation errors stay those of something that was not chosen by them.
-    let seen = (&data.training[..], &training[..]);
-    let delay = fit_delay(data.axes, seen, seen, most)?;
+    let known = (&data.training[..], &training[..]);
+    let delay = fit_delay(data.axes, known, known, most)?;
     for paths in [&mut training, &mut validation] {
         paths.iter_mut().for_each(|path| *path = ahead(path, delay));
     }

@@ -49,7 +49,7 @@ pub(crate) fn aside<V, T, E: Failure>(
     };
     let found = search(&erased);
     let kept = kept.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
-    found.map_err(|halt| match (halt, kept) {
+    found.map_err(|error| match (error, kept) {
         (EvaluationError::Bad(bad), _) => bad.into(),
         (EvaluationError::Kept { .. }, Some(error)) => error,
         (EvaluationError::Kept { .. }, None) => {

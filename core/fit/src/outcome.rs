@@ -57,15 +57,20 @@ impl Fit {
         places: &[f64],
         (fitted, covariance): (&[usize], Option<&nalgebra::DMatrix<f64>>),
     ) {
-        let standings: Vec<_> = self.estimates.iter().map(|estimate| estimate.standing.clone()).collect();
+        let identifiabilities: Vec<_> =
+            self.estimates.iter().map(|estimate| estimate.identifiability.clone()).collect();
         let (estimates, correlation) =
             uncertainty::estimates(parameters, places, (fitted, covariance), &[], &[]);
-        for ((old, new), standing) in self.estimates.iter_mut().zip(estimates).zip(standings) {
-            let is_still_inside = new.standing != Identifiability::AtBound;
-            if matches!(standing, Identifiability::Fitted | Identifiability::Vague) {
+        for ((old, new), identifiability) in self.estimates.iter_mut().zip(estimates).zip(identifiabilities) {
+            let is_still_inside = new.identifiability != Identifiability::AtBound;
+            if matches!(identifiability, Identifiability::Fitted | Identifiability::Vague) {
                 *old = IdentifiedParameter {
                     start: old.start,
-                    standing: if is_still_inside { standing } else { new.standing.clone() },
+                    identifiability: if is_still_inside {
+                        identifiability
+                    } else {
+                        new.identifiability.clone()
+                    },
                     ..new
                 };
             }

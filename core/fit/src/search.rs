@@ -420,8 +420,9 @@ fn corrected(
 ) -> Result<(), EvaluationError> {
     let (mut problem, first) = FitProblem::new(parameters, options, residuals)?;
     let places: Vec<f64> = parameters.iter().map(|p| p.place(p.start)).collect();
-    let is_free =
-        |k: &usize| matches!(fit.estimates[*k].standing, Identifiability::Fitted | Identifiability::Vague);
+    let is_free = |k: &usize| {
+        matches!(fit.estimates[*k].identifiability, Identifiability::Fitted | Identifiability::Vague)
+    };
     let free = uncertainty::inside(&(0..parameters.len()).filter(is_free).collect::<Vec<_>>(), &places);
     let spread = ResidualVariance::new(&first, free.len() + options.n_nuisance);
     problem.noise = spread.variance.sqrt();

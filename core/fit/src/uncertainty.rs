@@ -36,7 +36,7 @@ pub struct IdentifiedParameter {
     /// Standard error [SI], for a fitted or a vague one.
     pub standard_error: Option<f64>,
     /// Its identifiability.
-    pub standing: Identifiability,
+    pub identifiability: Identifiability,
 }
 
 /// Standard deviation of a number drawn evenly from 0 to 1.
@@ -189,7 +189,7 @@ pub fn estimates(
             start: parameter.home(),
             value,
             standard_error: entry(k, k).map(|variance| variance.sqrt() * parameter.slope(value)),
-            standing: match (is_held, position(k)) {
+            identifiability: match (is_held, position(k)) {
                 (Some((_, with)), _) => {
                     Identifiability::Undetermined(with.iter().map(|&w| parameters[w].name.clone()).collect())
                 }

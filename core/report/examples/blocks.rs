@@ -150,8 +150,8 @@ fn paths(page: &mut Page) -> anyhow::Result<()> {
     };
     let goals = Some(rose(20.0).into_iter().step_by(20).enumerate().map(goal).collect());
     let [name, title, caption] = texts();
-    let ways = vec![vec![(0.0, 0.0), (20.0, 0.0)]];
-    page.figure(&drawn(&TargetMap { name, title, caption, curve: rose(20.0), ways, goals })?);
+    let transits = vec![vec![(0.0, 0.0), (20.0, 0.0)]];
+    page.figure(&drawn(&TargetMap { name, title, caption, curve: rose(20.0), transits, goals })?);
     let groups = vec![("circles of the tip".to_owned(), rose(20.0)), ("roses".to_owned(), rose(12.0))];
     let outline = vec![(-20.0, -20.0), (20.0, -20.0), (0.0, 20.0)];
     let [name, title, caption] = texts();

@@ -43,8 +43,8 @@ pub struct SpacePath {
 }
 
 impl SpacePath {
-    /// Points along two of the axes.
-    fn seen(&self, axes: [usize; 2]) -> PlanePath {
+    /// Points projected on two of the axes.
+    fn projected(&self, axes: [usize; 2]) -> PlanePath {
         self.axes[axes[0]].iter().copied().zip(self.axes[axes[1]].iter().copied()).collect()
     }
 }
@@ -70,16 +70,16 @@ impl PathViews {
         let names = axes.map(|axis| format!("{} [mm]", ["x", "y", "z"][axis]));
         let (x, y) = (range(axes[0], width - LEFT), range(axes[1], height - BELOW));
         let mut chart = sheet.chart(x, y, &names[0], &names[1])?;
-        let points = self.path.seen(axes);
+        let points = self.path.projected(axes);
         if let Some(goals) = &self.goals {
             // Dots below, wide enough to show on both sides of a path that meets them.
-            let apart = spaced(&goals.seen(axes), 2.0 * mm_per_px);
+            let apart = spaced(&goals.projected(axes), 2.0 * mm_per_px);
             let dots = apart.into_iter().map(|at| Circle::new(at, sheet.px(3.0), GOALS.filled()));
             chart.draw_series(dots)?;
         }
         let tolerance = 0.15 * mm_per_px;
         if let Some(reference) = &self.reference {
-            draw_simplified(&mut chart, sheet, &reference.seen(axes), tolerance, (REFERENCE, 3.0))?;
+            draw_simplified(&mut chart, sheet, &reference.projected(axes), tolerance, (REFERENCE, 3.0))?;
         }
         let piece = points.len().div_ceil(PIECES).max(1);
         for start in (0..points.len()).step_by(piece) {

@@ -26,7 +26,7 @@ pub struct TargetMap {
     /// The curve, dashed [mm].
     pub curve: PlanePath,
     /// Ways to the curve and from it [mm].
-    pub ways: Vec<PlanePath>,
+    pub transits: Vec<PlanePath>,
     /// Points that were tried; none where nothing was tried.
     pub goals: Option<Vec<TargetPoint>>,
 }
@@ -81,12 +81,12 @@ impl Figure for TargetMap {
     where
         DB::ErrorType: 'static,
     {
-        let ([x, y], half) = square_around(self.ways.iter().flatten().chain(&self.curve));
+        let ([x, y], half) = square_around(self.transits.iter().flatten().chain(&self.curve));
         let side = sheet.size().0 - LEFT - RIGHT;
         let mm_per_px = 2.0 * half / side;
         let part = sheet.part(0.0, 0.0, LEFT + side, side + BELOW);
         let mut chart = part.chart(x - half..x + half, y - half..y + half, "x [mm]", "y [mm]")?;
-        for way in &self.ways {
+        for transit in &self.transits {
             draw_simplified(&mut chart, &part, way, 0.15 * mm_per_px, (WAY, 1.6))?;
         }
         for dash in dashes(&self.curve, 6.0 * mm_per_px) {

@@ -117,13 +117,17 @@ impl<'a> Minimum<'a> {
         fit: &Fit,
     ) -> Result<Self> {
         // Those that lean against gravity go with it.
-        let is_free = |(s, standing): (&Selected, &Identifiability)| {
-            matches!(standing, Identifiability::Fitted | Identifiability::Vague)
+        let is_free = |(s, identifiability): (&Selected, &Identifiability)| {
+            matches!(identifiability, Identifiability::Fitted | Identifiability::Vague)
                 && s.quantity.name != "gravity"
         };
-        let standings = fit.estimates.iter().map(|estimate| &estimate.standing);
-        let free: Vec<Selected> =
-            selected.iter().zip(standings).filter(|pair| is_free(*pair)).map(|pair| pair.0.clone()).collect();
+        let identifiabilities = fit.estimates.iter().map(|estimate| &estimate.identifiability);
+        let free: Vec<Selected> = selected
+            .iter()
+            .zip(identifiabilities)
+            .filter(|pair| is_free(*pair))
+            .map(|pair| pair.0.clone())
+            .collect();
         let series = on.residuals(scene)?;
         let spread = ResidualVariance::new(&series, free.len());
         let (noise, n_effective) = (spread.variance.sqrt(), spread.n_effective);

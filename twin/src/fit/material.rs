@@ -308,7 +308,7 @@ impl<'a> Levels<'a> {
         }
         let scene = self.with(&self.scene, &fit.values());
         let at_bound = |(s, estimate): &(&Selected, &IdentifiedParameter)| {
-            s.quantity.name == "gravity" && estimate.standing == Identifiability::AtBound
+            s.quantity.name == "gravity" && estimate.identifiability == Identifiability::AtBound
         };
         if let Some((s, _)) = self.selected.iter().zip(&fit.estimates).find(at_bound) {
             return Ok(Some(super::quantity::beyond(scene.gravity, s.component)));

@@ -175,10 +175,11 @@ fn stiffness(known: &[KnownForce], period: f64) -> Option<(f64, f64)> {
         return None;
     }
     let square: f64 = jumps.iter().map(|(said, _)| said.norm_squared()).sum();
-    let share = jumps.iter().map(|(said, seen)| said.dot(seen)).sum::<f64>() / square;
-    let left = |(said, seen): &(Vector3<f64>, Vector3<f64>)| (seen - share * said).norm_squared();
-    let seen: f64 = jumps.iter().map(|(_, seen)| seen.norm_squared()).sum();
-    let response = (jumps.iter().map(left).sum::<f64>() / seen).sqrt();
+    let share = jumps.iter().map(|(predicted, measured)| predicted.dot(measured)).sum::<f64>() / square;
+    let left =
+        |(predicted, measured): &(Vector3<f64>, Vector3<f64>)| (measured - share * predicted).norm_squared();
+    let total: f64 = jumps.iter().map(|(_, measured)| measured.norm_squared()).sum();
+    let response = (jumps.iter().map(left).sum::<f64>() / total).sqrt();
     (share > 0.0).then_some((1.0 / share, response))
 }
 
@@ -257,15 +258,15 @@ fn tip_errors(free: &[RecordingObservations], period: f64) -> Check<TipForceErro
         let grown = |path: f64| 2.0 * (1.0 - (-path / length).exp());
         let mut error = 0.0;
         let model = [0, 1, 2].map(|c| {
-            let seen = |mean: &[f64; 3]| mean[c] - 2.0 * noise[c] * noise[c];
+            let excess = |mean: &[f64; 3]| mean[c] - 2.0 * noise[c] * noise[c];
             // Relative errors of the bins are alike.
             let weigh = |mean: &[f64; 3]| 1.0 / mean[c].powi(2);
-            let up: f64 = bins.iter().map(|(path, mean, _)| weigh(mean) * grown(*path) * seen(mean)).sum();
+            let up: f64 = bins.iter().map(|(path, mean, _)| weigh(mean) * grown(*path) * excess(mean)).sum();
             let down: f64 = bins.iter().map(|(path, mean, _)| weigh(mean) * grown(*path).powi(2)).sum();
             let square = (up / down).max(FINEST * FINEST);
             error += bins
                 .iter()
-                .map(|(path, mean, _)| weigh(mean) * (seen(mean) - square * grown(*path)).powi(2))
+                .map(|(path, mean, _)| weigh(mean) * (excess(mean) - square * grown(*path)).powi(2))
                 .sum::<f64>();
             square.sqrt()
         });
@@ -281,7 +282,7 @@ fn tip_errors(free: &[RecordingObservations], period: f64) -> Check<TipForceErro
         };
         (free.iter().map(of_one).sum::<f64>() / free.len().max(1) as f64).sqrt().max(noise[c])
     };
-    let [walk_along_sqrt_m, walk_across_sqrt_m] = walks(free, &noise, period);
+    let [walk_along_sqrt_m, walk_across_sqrt_m] = random_walks(free, &noise, period);
     Ok(TipForceErrors {
         noise_m: noise,
         model_m,
@@ -296,7 +297,7 @@ fn tip_errors(free: &[RecordingObservations], period: f64) -> Check<TipForceErro
 }
 
 /// Random walks of the gap over the path, along the tip's motion and across it [√m].
-fn walks(free: &[RecordingObservations], noise: &[f64; 3], period: f64) -> [f64; 2] {
+fn random_walks(free: &[RecordingObservations], noise: &[f64; 3], period: f64) -> [f64; 2] {
     let [n_change, n_direction] = [CHANGE, DIRECTION].map(|time| (time / period).round() as usize);
     let noise = noise.iter().map(|noise| noise * noise).sum::<f64>() / 3.0;
     let (mut grown, mut pulled) = ([0.0; 2], 0.0);

@@ -92,9 +92,9 @@ pub struct TendonSensing {
 
 impl TipSample {
     /// The observation, of a robot so many times as stiff as its twin.
-    pub(super) fn of(seen: &Observation, stiffness_scale: f64) -> Self {
-        let response = seen.response / stiffness_scale;
-        Self { gap: seen.gap, response, free_tip: seen.free_tip, path: seen.path }
+    pub(super) fn of(observed: &Observation, stiffness_scale: f64) -> Self {
+        let response = observed.response / stiffness_scale;
+        Self { gap: observed.gap, response, free_tip: observed.free_tip, path: observed.path }
     }
 }
 
@@ -155,16 +155,16 @@ impl TendonSensing {
     }
 
     /// Goes on by what was observed in a sample.
-    pub fn step(&mut self, seen: &Observation) -> SensedSample {
+    pub fn step(&mut self, observed: &Observation) -> SensedSample {
         let load = self.load;
         let measured = |steady: &Option<Steady>| {
             let steady = (*steady)?;
             Some((load?.tension(steady.load, steady.velocity), steady.twin))
         };
-        let tensions = self.tensions.iter_mut().zip(&seen.tensions).zip(&seen.steady);
+        let tensions = self.tensions.iter_mut().zip(&observed.tensions).zip(&observed.steady);
         let tensions =
             tensions.map(|((filter, twin), steady)| filter.step(*twin, measured(steady))).collect();
-        SensedSample { tensions, tip: self.tip.step(&TipSample::of(seen, self.sensor.stiffness_scale)) }
+        SensedSample { tensions, tip: self.tip.step(&TipSample::of(observed, self.sensor.stiffness_scale)) }
     }
 
     /// Compares a sample with the twin, and goes on by it. Also returns the tip without contact [m].
@@ -176,7 +176,7 @@ impl TendonSensing {
         observer: &mut TwinObserver,
         sample: &SenseSample,
     ) -> Result<(SensedSample, Vector3<f64>)> {
-        let seen = observer.step(sample)?;
-        Ok((self.step(&seen), seen.free_tip))
+        let observed = observer.step(sample)?;
+        Ok((self.step(&observed), observed.free_tip))
     }
 }

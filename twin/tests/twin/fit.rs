@@ -86,7 +86,7 @@ fn zeros_are_recovered_and_the_modulus_is_not() {
     let recording = recording(&truth, &mesh, &strokes, sigma, "fit/zeros");
     let found = fitted(&scene, &mesh, &recording, &["youngs_modulus", "zero"], TipFrame::Checked).unwrap();
     let estimates = &found.fit.estimates;
-    assert_eq!(estimates[0].standing, Identifiability::Undetermined(vec![]));
+    assert_eq!(estimates[0].identifiability, Identifiability::Undetermined(vec![]));
     assert_eq!(found.scene.material, scene.material);
     for (estimate, tendon) in estimates[1..].iter().zip(&truth.tendons) {
         // Four standard errors: one of four misses three in a hundred runs.

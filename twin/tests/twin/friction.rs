@@ -38,12 +38,13 @@ fn bend(stroke: f64) -> Vec<Target> {
 /// Length of each segment of a tendon, and its turn at each point [rad] (both ends included, as zero).
 fn geometry(robot: &Robot, j: usize) -> (Vec<f64>, Vec<f64>) {
     let line = robot.twin.cables.polyline(j, &robot.state.positions);
-    let ways: Vec<[f64; 3]> =
+    let segments: Vec<[f64; 3]> =
         line.windows(2).map(|pair| std::array::from_fn(|c| pair[1][c] - pair[0][c])).collect();
     let dot = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| a[c] * b[c]).sum::<f64>();
-    let lengths: Vec<f64> = ways.iter().map(|way| dot(way, way).sqrt()).collect();
-    let turn = |k: usize| (dot(&ways[k - 1], &ways[k]) / (lengths[k - 1] * lengths[k])).min(1.0).acos();
-    let inner = (1..ways.len()).map(turn);
+    let lengths: Vec<f64> = segments.iter().map(|way| dot(way, way).sqrt()).collect();
+    let turn =
+        |k: usize| (dot(&segments[k - 1], &segments[k]) / (lengths[k - 1] * lengths[k])).min(1.0).acos();
+    let inner = (1..segments.len()).map(turn);
     let turns = [0.0].into_iter().chain(inner).chain([0.0]).collect();
     (lengths, turns)
 }

@@ -70,14 +70,14 @@ impl<'a> Runner<'a> {
             }
             let stamp = Stamp::begun(stage)?;
             let earlier = Stamp::read(self.out, stage);
-            let standing = stamp.standing(earlier.as_ref(), self.out, stage)?;
-            if standing == StageStatus::Done {
+            let status = stamp.status(earlier.as_ref(), self.out, stage)?;
+            if status == StageStatus::Done {
                 print(format_args!("{of}: unchanged"));
                 continue;
             }
-            print(format_args!("{of}: {}{}", stage.about, why(&standing)));
+            print(format_args!("{of}: {}{}", stage.about, why(&status)));
             print(format_args!("      about {} left", duration(self.left(&stages[k..]))));
-            clear_outputs(self.out, stage, &standing, earlier.as_ref())?;
+            clear_outputs(self.out, stage, &status, earlier.as_ref())?;
             stamp.write(self.out, stage)?;
             let stamp = self.run_stage(stage, stamp).with_context(|| of.clone())?;
             print(format_args!("      done in {}", duration(stamp.seconds)));
@@ -194,8 +194,8 @@ fn ask_to_stop(child: &mut Child) -> anyhow::Result<()> {
 }
 
 /// Why a stage is done that was done before.
-fn why(standing: &StageStatus) -> String {
-    match standing {
+fn why(status: &StageStatus) -> String {
+    match status {
         StageStatus::Done | StageStatus::New => String::new(),
         StageStatus::Begun => " (goes on)".to_owned(),
         StageStatus::Damaged(files) => format!(" (again: {} is gone or was changed)", files.join(", ")),

@@ -98,13 +98,13 @@ impl Stamp {
         Ok(self)
     }
 
-    /// Whether the stage came to its end, from whatever.
+    /// Whether the stage came to its end, from any state.
     pub fn is_finished(&self) -> bool {
         self.outputs.is_some()
     }
 
-    /// How a stage stands whose stamp would be `self` now, and was `earlier`.
-    pub fn standing(&self, earlier: Option<&Self>, out: &Path, stage: &Stage) -> anyhow::Result<StageStatus> {
+    /// Status of a stage whose stamp would be `self` now and was `earlier`.
+    pub fn status(&self, earlier: Option<&Self>, out: &Path, stage: &Stage) -> anyhow::Result<StageStatus> {
         let Some(earlier) = earlier else { return Ok(StageStatus::New) };
         if let Some(what) = self.difference(earlier, stage.outdated) {
             return Ok(StageStatus::Outdated(what));
@@ -130,20 +130,20 @@ impl Stamp {
     }
 }
 
-/// Makes room for a stage that is to be done: what is outdated or half done goes, what it can go on from stays.
+/// Removes the outdated and unfinished outputs of a stage before it runs; outputs from which it can resume stay.
 ///
 /// # Errors
 /// `BadInput` where files are in the way that the study did not make.
 pub fn clear_outputs(
     out: &Path,
     stage: &Stage,
-    standing: &StageStatus,
+    status: &StageStatus,
     earlier: Option<&Stamp>,
 ) -> anyhow::Result<()> {
     let folder = out.join(&stage.folder);
     remove_unfinished(&folder)?;
     let goes_on = stage.restart == Restart::GoesOn;
-    match standing {
+    match status {
         StageStatus::Done => return Ok(()),
         StageStatus::Begun if goes_on => return Ok(()),
         StageStatus::Damaged(names) if goes_on => {

@@ -57,7 +57,7 @@ const VALIDATION: usize = 4;
 pub fn files(paths: &[PathBuf], leave_out: &[String]) -> Result<Vec<PathBuf>, BadInput> {
     let mut all = Vec::new();
     for path in paths {
-        if path.is_dir() { walk(path, DEEPEST, &mut all)? } else { all.push(path.clone()) }
+        if path.is_dir() { collect_files(path, DEEPEST, &mut all)? } else { all.push(path.clone()) }
     }
     let is_kept = |path: &PathBuf| {
         let text = path.display().to_string();
@@ -73,14 +73,14 @@ pub fn files(paths: &[PathBuf], leave_out: &[String]) -> Result<Vec<PathBuf>, Ba
     Ok(all)
 }
 
-fn walk(folder: &Path, depth: usize, all: &mut Vec<PathBuf>) -> Result<(), BadInput> {
+fn collect_files(folder: &Path, depth: usize, all: &mut Vec<PathBuf>) -> Result<(), BadInput> {
     let unreadable = |error: std::io::Error| {
         BadInput::new(folder.display().to_string(), "a folder that can be read", error.to_string())
     };
     for entry in std::fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
         if path.is_dir() && depth > 0 {
-            walk(&path, depth - 1, all)?;
+            collect_files(&path, depth - 1, all)?;
         } else if matches!(path.extension().and_then(|ending| ending.to_str()), Some("parquet" | "csv")) {
             all.push(path);
         }

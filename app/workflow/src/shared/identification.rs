@@ -98,13 +98,13 @@ pub(crate) struct Row {
     /// Note on its identifiability; empty where there is nothing to note.
     pub note: String,
     /// The same as a fit has it.
-    pub standing: Identifiability,
+    pub identifiability: Identifiability,
 }
 
 impl Row {
     /// Of a fit by least squares.
     pub(crate) fn of_estimate(estimate: &hysteron_fit::IdentifiedParameter) -> Self {
-        let note = match &estimate.standing {
+        let note = match &estimate.identifiability {
             Identifiability::Fitted => String::new(),
             Identifiability::AtBound => "at its bound".into(),
             Identifiability::Vague => "vague".into(),
@@ -118,7 +118,7 @@ impl Row {
             value: estimate.value,
             standard_error: estimate.standard_error,
             note,
-            standing: estimate.standing.clone(),
+            identifiability: estimate.identifiability.clone(),
         }
     }
 
@@ -131,7 +131,7 @@ impl Row {
             value: term.value,
             standard_error: Some(term.standard_error),
             note,
-            standing: Identifiability::Fitted,
+            identifiability: Identifiability::Fitted,
         }
     }
 
@@ -152,7 +152,7 @@ pub(crate) fn judged<'a>(rows: &'a [Row], consequence: Option<&'static str>) -> 
         name: row.name.clone(),
         value: row.value,
         standard_error: row.standard_error,
-        standing: &row.standing,
+        identifiability: &row.identifiability,
         kind: if row.name.contains("offset") { Kind::Place } else { Kind::Size },
         consequence,
     };

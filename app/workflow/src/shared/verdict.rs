@@ -12,7 +12,7 @@ pub struct Judged<'a> {
     /// Its standard error, where it has one.
     pub standard_error: Option<f64>,
     /// Identifiability of the parameter.
-    pub standing: &'a Identifiability,
+    pub identifiability: &'a Identifiability,
     /// Of a size the standard error is held against it.
     pub kind: Kind,
     /// Consequence where the data do not determine it.
@@ -36,12 +36,12 @@ impl<'a> Judged<'a> {
         kind: Kind,
         consequence: Option<&'static str>,
     ) -> Self {
-        let IdentifiedParameter { value, standard_error, ref standing, .. } = *estimate;
-        Self { name, value, standard_error, standing, kind, consequence }
+        let IdentifiedParameter { value, standard_error, ref identifiability, .. } = *estimate;
+        Self { name, value, standard_error, identifiability, kind, consequence }
     }
 
     fn is_open(&self) -> bool {
-        matches!(self.standing, Identifiability::Undetermined(_) | Identifiability::Vague)
+        matches!(self.identifiability, Identifiability::Undetermined(_) | Identifiability::Vague)
     }
 }
 
@@ -51,9 +51,10 @@ pub fn parameters(judgement: Judgement, judged: &[Judged]) -> Judgement {
         return judgement;
     }
     let share = |names: &[&str]| names.len() as f64 / judged.len() as f64;
-    let on_bound: Vec<&str> = (judged.iter().filter(|judged| *judged.standing == Identifiability::AtBound))
-        .map(|judged| &judged.name[..])
-        .collect();
+    let on_bound: Vec<&str> =
+        (judged.iter().filter(|judged| *judged.identifiability == Identifiability::AtBound))
+            .map(|judged| &judged.name[..])
+            .collect();
     let judgement = judgement.because(
         Criterion::ParametersOnBound,
         share(&on_bound),
@@ -163,9 +164,9 @@ mod tests {
         name: &str,
         value: f64,
         standard_error: Option<f64>,
-        standing: Identifiability,
+        identifiability: Identifiability,
     ) -> IdentifiedParameter {
-        IdentifiedParameter { name: name.into(), start: 1.0, value, standard_error, standing }
+        IdentifiedParameter { name: name.into(), start: 1.0, value, standard_error, identifiability }
     }
 
     fn judge(estimates: &[IdentifiedParameter], consequence: Option<&'static str>) -> Verdict {

@@ -156,12 +156,12 @@ impl Model {
         let length = |v: Vec3<f64>| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let mut reaches: Vec<f64> = Vec::new();
         for joint in &self.joints {
-            let slides = match (joint.kind, joint.drive.range) {
+            let extension = match (joint.kind, joint.drive.range) {
                 (JointKind::Prismatic, Some([low, high])) => low.abs().max(high.abs()),
                 _ => 0.0,
             };
             let before = joint.parent.map_or(0.0, |parent| reaches[parent]);
-            reaches.push(before + length(joint.placement.position) + slides);
+            reaches.push(before + length(joint.placement.position) + extension);
         }
         let frames =
             self.frames.iter().map(|f| f.joint.map_or(0.0, |j| reaches[j]) + length(f.pose.position));

@@ -57,8 +57,8 @@ impl Information {
         }
         let scale = |column: usize| (rows.column(column).norm_squared() / n_states as f64).sqrt();
         let scales: Vec<f64> = (0..width).map(scale).collect();
-        let seen: Vec<usize> = (0..width).filter(|c| scales[*c] > 0.0).collect();
-        let columns = independent(&rows, &seen, &scales);
+        let excited: Vec<usize> = (0..width).filter(|c| scales[*c] > 0.0).collect();
+        let columns = independent(&rows, &excited, &scales);
         let scales = columns.iter().map(|column| scales[*column]).collect();
         Self { n, columns, scales }
     }
@@ -123,9 +123,9 @@ fn rows_at(model: &Model, data: &mut Data<f64>, [q, dq, ddq]: &[Vec<f64>; 3], ro
 
 /// Columns that are independent, in ascending order: a Gram-Schmidt process that always takes the column of which the largest part is
 /// left.
-fn independent(rows: &DMatrix<f64>, seen: &[usize], scales: &[f64]) -> Vec<usize> {
+fn independent(rows: &DMatrix<f64>, excited: &[usize], scales: &[f64]) -> Vec<usize> {
     let mut left: Vec<(usize, nalgebra::DVector<f64>)> =
-        seen.iter().map(|c| (*c, rows.column(*c) / (scales[*c] * (rows.nrows() as f64).sqrt()))).collect();
+        excited.iter().map(|c| (*c, rows.column(*c) / (scales[*c] * (rows.nrows() as f64).sqrt()))).collect();
     let mut taken = Vec::new();
     while let Some(best) = (0..left.len()).max_by(|a, b| left[*a].1.norm().total_cmp(&left[*b].1.norm())) {
         let (column, direction) = left.swap_remove(best);

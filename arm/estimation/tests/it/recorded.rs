@@ -205,10 +205,10 @@ fn torques_and_derivatives_are_those_of_pinocchio_in_every_unit() {
         let mut lines = std::fs::read_to_string(&csv).unwrap();
         lines = lines.lines().filter(|line| !line.starts_with('#')).collect::<Vec<_>>().join("\n");
         let header: Vec<&str> = lines.lines().next().unwrap().split(',').collect();
-        let slides = |j: usize| model.joints()[j].kind == JointKind::Prismatic;
+        let is_prismatic = |j: usize| model.joints()[j].kind == JointKind::Prismatic;
         for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-            let torque = if slides(i) { "n" } else { "n_m" };
-            let [si, typed] = if slides(j) { ["m", "mm"] } else { ["rad", "rad"] };
+            let torque = if is_prismatic(i) { "n" } else { "n_m" };
+            let [si, typed] = if is_prismatic(j) { ["m", "mm"] } else { ["rad", "rad"] };
             let stem = format!("tau_{}_by_q_{}_{torque}_per", i + 1, j + 1);
             let slopes: Vec<f64> = rows.iter().map(|row| numbers(&row["dtau_dq"])[2 * i + j]).collect();
             for file in [&csv, &parquet] {
@@ -219,7 +219,7 @@ fn torques_and_derivatives_are_those_of_pinocchio_in_every_unit() {
             let at = header.iter().position(|column| *column == format!("{stem}_{typed}")).unwrap();
             for (line, slope) in lines.lines().skip(1).zip(&slopes) {
                 let shown: f64 = line.split(',').nth(at).unwrap().parse().unwrap();
-                let scale = if slides(j) { 1e-3 } else { 1.0 };
+                let scale = if is_prismatic(j) { 1e-3 } else { 1.0 };
                 assert!((shown - scale * slope).abs() < 1e-12, "{stem}_{typed}: {shown}");
             }
         }

@@ -74,9 +74,9 @@ impl LearnedDynamics {
                 samples.n_joints.to_string(),
             ));
         }
-        let slides = |j: &usize| samples.kinds[*j] == JointKind::Prismatic;
-        if let Some(j) = (0..n).find(|j| slides(j) != self.shape.lengths[*j].is_some()) {
-            let [expected, found] = if slides(&j) { ["rad", "m"] } else { ["m", "rad"] };
+        let is_prismatic = |j: &usize| samples.kinds[*j] == JointKind::Prismatic;
+        if let Some(j) = (0..n).find(|j| is_prismatic(j) != self.shape.lengths[*j].is_some()) {
+            let [expected, found] = if is_prismatic(&j) { ["rad", "m"] } else { ["m", "rad"] };
             let of = |unit: &str| format!("q_{}_{unit}", j + 1);
             return Err(BadInput::new("recording", format!("{}, as the model has", of(expected)), of(found)));
         }

@@ -73,13 +73,13 @@ pub struct BaselineComparison<'a> {
     actuator: &'a NeuralActuator,
     model: &'a Model,
     simulation: ArmSimulation,
-    /// The arm as the baselines know it: nothing that an adaptation has found at its tip.
-    bare: ArmSimulation,
+    /// The arm as the baselines know it: without the payload that an adaptation has identified.
+    without_payload: ArmSimulation,
     baselines: Baselines,
     tasks: Vec<ComparedTask>,
 }
 
-/// Accepts what a method says of a trajectory, `n` values of a quantity a sample.
+/// Checks the output of a method for a trajectory, `n` values of a quantity a sample.
 ///
 /// # Errors
 /// `BadInput` naming the first sample where it is not finite.
@@ -104,8 +104,8 @@ impl<'a> BaselineComparison<'a> {
     pub fn new(actuator: &'a NeuralActuator, model: &'a Model) -> Result<Self, BadInput> {
         let (simulation, baselines) = (actuator.simulation(model)?, Baselines::of(actuator)?);
         let options = SimulationOptions { payload: 0.0, ..actuator.simulation.clone() };
-        let bare = ArmSimulation::new(model, &actuator.features, &options)?;
-        Ok(Self { actuator, model, simulation, bare, baselines, tasks: Vec::new() })
+        let without_payload = ArmSimulation::new(model, &actuator.features, &options)?;
+        Ok(Self { actuator, model, simulation, without_payload, baselines, tasks: Vec::new() })
     }
 
     /// Adds the trajectories of a task.
@@ -128,7 +128,7 @@ impl<'a> BaselineComparison<'a> {
             let segment = Segment::recorded(trajectory, 0);
             let (about, horizon) = ((features, actuator.simulation.period), trajectory.len() - 1);
             let states = match &actuator.simulation.drive {
-                Some(_) => run_alone(&self.bare, &[segment], horizon),
+                Some(_) => run_alone(&self.without_payload, &[segment], horizon),
                 None => self.baselines.servo.run(model, about, &[segment], horizon)?,
             };
             Ok(states.chunks_exact(2 * m).flat_map(|state| &state[..m]).copied().collect())
@@ -139,7 +139,7 @@ impl<'a> BaselineComparison<'a> {
             trajectories.iter().map(|one| copied_goal(features, one)).collect(),
             trajectories
                 .iter()
-                .map(|one| self.baselines.lag.positions(self.bare.model(), features, one))
+                .map(|one| self.baselines.lag.positions(self.without_payload.model(), features, one))
                 .collect(),
             parallel::try_map(&trajectories, servo)?,
         ];
@@ -245,7 +245,7 @@ impl<'a> BaselineComparison<'a> {
         let tasks = || tasks.iter().filter(|task| task.name.starts_with(begin));
         let test: Vec<Trajectory> = tasks().flat_map(|task| task.trajectories.clone()).collect();
         let asked: Vec<ConditionEstimate> = tasks().flat_map(ComparedTask::conditions).collect();
-        detectors((self.bare.model(), &actuator.features), [&training, &test], [&known, &asked])
+        detectors((self.without_payload.model(), &actuator.features), [&training, &test], [&known, &asked])
     }
 
     /// The first trajectory of a task over time, with every method's positions [rad] joint by joint and forces along z [N]; `None` without

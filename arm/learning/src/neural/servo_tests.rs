@@ -234,8 +234,8 @@ fn what_friction_leaves_is_what_balances_it() {
     for (torque, speed) in [(0.3, 2.0), (0.3, -2.0), (-0.1, 2.0), (-0.1, -2.0)] {
         let left = DriveModel::Servo(&servo).left_by_friction(0, torque, speed);
         // τ − b = s (F + μ |τ + b|), where the sign of the motor's torque is that of what goes through the gear.
-        let rubs = 0.03 + 0.2 * (torque + left).abs();
-        assert!((torque - left - speed.signum() * rubs).abs() < 1e-12, "{torque} {speed}: {left}");
+        let friction = 0.03 + 0.2 * (torque + left).abs();
+        assert!((torque - left - speed.signum() * friction).abs() < 1e-12, "{torque} {speed}: {left}");
     }
 }
 

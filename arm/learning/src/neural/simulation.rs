@@ -414,12 +414,12 @@ impl ArmSimulation {
                 let [friction, share] = self.friction(motor, before);
                 let push = armature * before + h * torque;
                 let dry = h * (friction.value + share.value * torque.abs());
-                let slides = if dry == 0.0 || push.abs() > dry { 1.0 } else { 0.0 };
+                let sliding = if dry == 0.0 || push.abs() > dry { 1.0 } else { 0.0 };
                 // What more torque and more speed move, less what they rub.
                 let moved = 1.0 - share.value * torque.signum() * push.signum();
                 let kept = armature - push.signum() * h * (friction.slope + share.slope * torque.abs());
                 for _ in 0..substeps {
-                    by_speed = slides * (by_speed + h * by_angle);
+                    by_speed = sliding * (by_speed + h * by_angle);
                     by_torque[motor] += moved * by_speed * h / (armature + h * damping);
                     by_speed *= kept / (armature + h * damping);
                 }

@@ -78,7 +78,7 @@ impl BoxedRows {
                 return Some(at.x);
             }
             let step = self.newton_step(&at)?;
-            let part = self.best_part(&at, &step);
+            let part = self.best_step_length(&at, &step);
             at = self.at(&at.multiplier - part * step);
         }
         None
@@ -114,23 +114,23 @@ impl BoxedRows {
         Some(curvature.cholesky()?.solve(&at.gradient))
     }
 
-    /// The t that minimises φ(η - t step): its derivative is linear between the places where a variable meets a bound.
-    fn best_part(&self, at: &DualPoint, step: &DVector<f64>) -> f64 {
+    /// The t that minimises φ(η - t step): its derivative is linear between the breakpoints, at which a variable meets a bound.
+    fn best_step_length(&self, at: &DualPoint, step: &DVector<f64>) -> f64 {
         let along = self.gain.tr_mul(step);
         let (start, square) = (step.dot(&at.multiplier) - step.dot(&self.error), step.norm_squared());
         let slope = |t: f64| {
             let of = |k: usize| along[k] * self.bounded(k, at.pull[k] - t * along[k]);
             t * square - start - (0..along.len()).map(of).sum::<f64>()
         };
-        let mut kinks = vec![0.0];
+        let mut breakpoints = vec![0.0];
         for k in 0..along.len() {
             let meets = |bound: f64| (self.unbounded(k, at.pull[k]) - bound) * self.gamma / along[k];
-            kinks.extend(self.bounds[k].map(meets).into_iter().filter(|t| t.is_finite() && *t > 0.0));
+            breakpoints.extend(self.bounds[k].map(meets).into_iter().filter(|t| t.is_finite() && *t > 0.0));
         }
-        kinks.sort_by(f64::total_cmp);
-        let after = kinks.partition_point(|t| slope(*t) < 0.0);
-        let from = kinks[after.max(1) - 1];
-        let rise = match kinks.get(after.max(1)) {
+        breakpoints.sort_by(f64::total_cmp);
+        let after = breakpoints.partition_point(|t| slope(*t) < 0.0);
+        let from = breakpoints[after.max(1) - 1];
+        let rise = match breakpoints.get(after.max(1)) {
             Some(&to) if to > from => (slope(to) - slope(from)) / (to - from),
             // Beyond the last breakpoint all variables are at bounds.
             _ => square,

@@ -86,11 +86,14 @@ fn what_the_data_does_not_see_is_held_and_named() {
     let at = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
     // Only a + b is observable, and c not at all.
     let fit = curve(&parameters, None, &at, &[1.2; 6], |p, _| p[0] + p[1]);
-    let standing = |k: usize| &fit.estimates[k].standing;
-    assert_eq!(*standing(2), Identifiability::Undetermined(vec![]));
+    let identifiability = |k: usize| &fit.estimates[k].identifiability;
+    assert_eq!(*identifiability(2), Identifiability::Undetermined(vec![]));
     assert_eq!(fit.estimates[2].value, 0.3);
-    let held = if *standing(0) == Identifiability::Fitted { 1 } else { 0 };
-    assert_eq!(*standing(held), Identifiability::Undetermined(vec![fit.estimates[1 - held].name.clone()]));
+    let held = if *identifiability(0) == Identifiability::Fitted { 1 } else { 0 };
+    assert_eq!(
+        *identifiability(held),
+        Identifiability::Undetermined(vec![fit.estimates[1 - held].name.clone()])
+    );
     // Linear: exact but for the search's tolerance.
     assert!((fit.estimates[0].value + fit.estimates[1].value - 1.2).abs() < 1e-4);
 }
@@ -100,7 +103,7 @@ fn parameter_beyond_its_bound_is_reported_on_it() {
     let parameters = [parameter("height", 1.0, 0.1, 2.0, ParameterScale::Linear)];
     let at = [0.0, 1.0, 2.0, 3.0];
     let fit = curve(&parameters, None, &at, &[3.0; 4], |p, _| p[0]);
-    assert_eq!(fit.estimates[0].standing, Identifiability::AtBound);
+    assert_eq!(fit.estimates[0].identifiability, Identifiability::AtBound);
     assert_eq!(fit.estimates[0].standard_error, None);
     assert_eq!(fit.estimates[0].value.to_bits(), 2.0_f64.to_bits());
 }
@@ -124,7 +127,7 @@ fn a_minimum_on_a_bound_is_on_it_exactly_and_one_just_inside_is_not() {
         let [found, height] = [0, 1].map(|k| &fit.estimates[k]);
         let bound: f64 = if slope < 0.5 { 0.0 } else { 1.0 };
         assert_eq!(
-            (&found.standing, found.standard_error),
+            (&found.identifiability, found.standard_error),
             (&Identifiability::AtBound, None),
             "{slope}: {found:?}"
         );
@@ -136,7 +139,7 @@ fn a_minimum_on_a_bound_is_on_it_exactly_and_one_just_inside_is_not() {
         assert!((height.value - best).abs() < off, "{slope}: {height:?}, {best}");
     }
     let inside = &fitted(1e-3).estimates[0];
-    assert_eq!(inside.standing, Identifiability::Fitted, "{inside:?}");
+    assert_eq!(inside.identifiability, Identifiability::Fitted, "{inside:?}");
     assert!((inside.value - 1e-3).abs() < 1e-5 && inside.standard_error.is_some(), "{inside:?}");
 }
 
@@ -154,7 +157,7 @@ fn a_correction_that_ends_on_a_bound_is_on_it_without_a_standard_error() {
         at.iter().enumerate().map(|(i, t)| of(&[slope, 0.7], *t) + noise(i)).collect()
     };
     let mut fit = curve(&parameters, None, &at, &data(0.05), of);
-    assert_eq!(fit.estimates[0].standing, Identifiability::Fitted);
+    assert_eq!(fit.estimates[0].identifiability, Identifiability::Fitted);
     let starts: Vec<Parameter> = parameters
         .iter()
         .zip(fit.values())
@@ -168,7 +171,10 @@ fn a_correction_that_ends_on_a_bound_is_on_it_without_a_standard_error() {
     };
     polished(&starts, &options, residuals, &mut fit).unwrap();
     let [slope, height] = [0, 1].map(|k| &fit.estimates[k]);
-    assert_eq!((&slope.standing, slope.standard_error, slope.value), (&Identifiability::AtBound, None, 0.0));
+    assert_eq!(
+        (&slope.identifiability, slope.standard_error, slope.value),
+        (&Identifiability::AtBound, None, 0.0)
+    );
     assert_eq!(slope.start, 0.4, "where the first search began");
     let best = 0.7 - 0.02 * at.iter().sum::<f64>() / at.len() as f64;
     assert!((height.value - best).abs() < 1e-4 && height.standard_error.is_some(), "{height:?}, {best}");
@@ -199,9 +205,9 @@ fn what_is_believed_stays_where_the_data_says_little() {
         parameter.prior = believed(parameter.start);
     }
     let fit = curve(&parameters, None, &at, &data, of);
-    assert_eq!(fit.estimates[0].standing, Identifiability::Fitted);
+    assert_eq!(fit.estimates[0].identifiability, Identifiability::Fitted);
     assert_eq!(
-        (&fit.estimates[1].standing, fit.estimates[1].value),
+        (&fit.estimates[1].identifiability, fit.estimates[1].value),
         (&Identifiability::Undetermined(vec![]), 0.1)
     );
 }
@@ -220,10 +226,10 @@ fn vague_parameter_stays_where_its_return_would_cost() {
     };
     // (1.1 / 0.45)² = 6 variances, and (0.25 / 0.45)² = 0.3.
     let (large, small) = (fit(1.15), fit(0.3));
-    assert_eq!(large.standing, Identifiability::Vague, "{large:?}");
+    assert_eq!(large.identifiability, Identifiability::Vague, "{large:?}");
     assert!((large.value - 1.15).abs() < 0.1, "{large:?}");
     assert_eq!(
-        (small.standing.clone(), small.value),
+        (small.identifiability.clone(), small.value),
         (Identifiability::Undetermined(vec![]), 0.05),
         "{small:?}"
     );

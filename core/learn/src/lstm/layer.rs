@@ -126,12 +126,12 @@ pub(crate) fn backward(
     let n = shape.hidden;
     let LstmTape { gates, cells } = tape;
     let cells = &cells[..];
-    let walk = |(index, gates): (usize, &mut Vec<&mut [f32]>)| {
+    let run_group = |(index, gates): (usize, &mut Vec<&mut [f32]>)| {
         let first = index * shape.group() * n;
         back_through_time(shape, weights.hh, gates, first, [cells, dh, c0], floor)
     };
     let mut groups = by_group(gates, shape, 4 * n);
-    let begins: Vec<usize> = groups.par_iter_mut().enumerate().map(walk).collect();
+    let begins: Vec<usize> = groups.par_iter_mut().enumerate().map(run_group).collect();
     let begin = begins.iter().copied().min().unwrap_or(0);
     for (gates, own) in groups.into_iter().zip(begins) {
         gates.into_iter().take(own).skip(begin).for_each(|gates| gates.fill(0.0));

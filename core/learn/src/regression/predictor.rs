@@ -115,12 +115,12 @@ mod tests {
         let ranges = [&ranges[0], &ranges[1]];
         let mut cells = Predictor::recurrent(&network, ranges, WeightFormat::Float32);
         // Zeros before the beginning are samples too: the cells get them here.
-        let mut seen = Predictor::windowed(&network, ranges, 4);
+        let mut window = Predictor::windowed(&network, ranges, 4);
         for _ in 0..3 {
             cells.step(&[0.0], &mut [0.0]);
         }
         let (mut a, mut b) = ([0.0], [0.0]);
-        assert!(!cells.step(&[1.5], &mut a) && !seen.step(&[1.5], &mut b));
+        assert!(!cells.step(&[1.5], &mut a) && !window.step(&[1.5], &mut b));
         assert_eq!(a, b);
         assert_ne!(a, [0.0]);
     }

@@ -23,7 +23,7 @@ pub(super) struct CellTape<T> {
     token: Vec<T>,
     state: Vec<T>,
     /// Tokens, and hidden states before them.
-    seen: Vec<T>,
+    inputs: Vec<T>,
     before: Vec<T>,
     hidden: Vec<T>,
     /// Gates after their activation.
@@ -64,7 +64,7 @@ impl<T: Float> CellTape<T> {
         Self {
             token: all.clone(),
             state: all.clone(),
-            seen: one.clone(),
+            inputs: one.clone(),
             before: one.clone(),
             hidden: one.clone(),
             gates: all.clone(),
@@ -100,7 +100,7 @@ impl<T: Float> RecurrentCell<'_, T> {
         let (d, rows) = (self.shape.width, self.rows);
         let wide = self.shape.projected();
         let all = steps.start * rows * d..steps.end * rows * d;
-        t.seen[all.clone()].copy_from_slice(&x[all]);
+        t.inputs[all.clone()].copy_from_slice(&x[all]);
         let tokens = &x[steps.start * rows * d..steps.end * rows * d];
         self.token.forward(tokens, &mut t.token[steps.start * rows * wide..steps.end * rows * wide]);
         for s in steps {
@@ -208,7 +208,7 @@ impl<T: Float> RecurrentCell<'_, T> {
     ) {
         let n = |width: usize| steps * self.rows * width;
         let (d, wide) = (self.shape.width, self.shape.projected());
-        linear_gradient([&t.seen[..n(d)], &t.d_token[..n(wide)]], &layout[0], gradient);
+        linear_gradient([&t.inputs[..n(d)], &t.d_token[..n(wide)]], &layout[0], gradient);
         linear_gradient([&t.before[..n(d)], &t.d_state[..n(wide)]], &layout[1], gradient);
     }
 }

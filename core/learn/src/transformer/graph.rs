@@ -136,8 +136,8 @@ impl SharedTensors {
                 table(&|q, k| f64::from(u8::from(q == k)), n)?
             }
             TemporalForm::Streaming => {
-                let seen = |q: usize| (q + 1).min(shape.tokens) as f64;
-                table(&|q, k| if sees(q, k) { 1.0 / seen(q) } else { 0.0 }, n)?
+                let n_attended = |q: usize| (q + 1).min(shape.tokens) as f64;
+                table(&|q, k| if sees(q, k) { 1.0 / n_attended(q) } else { 0.0 }, n)?
             }
         };
         Ok(Self {
@@ -238,11 +238,11 @@ impl Operations<'_> {
         }
         let weights = scores.broadcast_sub(&scores.max_keepdim(D::Minus1)?.detach())?.exp()?;
         let weights = weights.broadcast_div(&weights.sum_keepdim(D::Minus1)?)?;
-        let mut seen = weights.matmul(&v)?.transpose(1, 2)?.reshape((rows, n, d))?;
+        let mut context = weights.matmul(&v)?.transpose(1, 2)?.reshape((rows, n, d))?;
         if is_gated {
-            seen = (seen * sigmoid(&all.narrow(2, d, d)?)?)?;
+            context = (context * sigmoid(&all.narrow(2, d, d)?)?)?;
         }
-        self.linear(1 + layer, "attention.out", &seen)
+        self.linear(1 + layer, "attention.out", &context)
     }
 
     fn layer(&self, layer: usize, x: &Tensor) -> Result<Tensor> {
@@ -255,8 +255,8 @@ impl Operations<'_> {
             }
             BlockKind::ScaledPostNorm => {
                 let scale = |k: usize| self.tensor(at, "scales")?.narrow(0, k, 1);
-                let seen = self.attention(layer, x)?.broadcast_mul(&scale(0)?)?;
-                let x = self.norm(at, "norm1", &(x + seen)?)?;
+                let context = self.attention(layer, x)?.broadcast_mul(&scale(0)?)?;
+                let x = self.norm(at, "norm1", &(x + context)?)?;
                 let hidden = self.linear(at, "feed_forward", &x)?.silu()?;
                 let added = self.linear(at, "feed_forward.out", &hidden)?.broadcast_mul(&scale(1)?)?;
                 self.norm(at, "norm2", &(x + added)?)

@@ -178,25 +178,25 @@ impl<T: Float> Attention<'_, T> {
         self.projected - self.width
     }
 
-    /// Attention of token `query` of sequence `r` to the tokens `seen`: `weights` (heads × window) and `out`
+    /// Attention of token `query` of sequence `r` to the tokens `attended`: `weights` (heads × window) and `out`
     /// (width).
     ///
     /// A token's keys of all heads stand side by side, and so do its values: each is read once, from one end
     /// to the other. Head by head, rows of a few lines at the same place of pages would drive each other out
     /// of the nearest cache.
     #[inline(always)]
-    pub fn look(
+    pub fn attend(
         &self,
         projections: &[T],
         (query, r): (usize, usize),
-        seen: Range<usize>,
+        attended: Range<usize>,
         weights: &mut [T],
         out: &mut [T],
     ) {
         let (n, window) = (self.width / self.heads, self.window);
         let scale = T::of(1.0 / (n as f64).sqrt());
         let queries = &projections[self.row(query, r)..][..self.width];
-        for (k, s) in seen.clone().enumerate() {
+        for (k, s) in attended.clone().enumerate() {
             let keys = &projections[self.row(s, r) + self.keys_at()..][..self.width];
             for (head, (q, key)) in queries.chunks_exact(n).zip(keys.chunks_exact(n)).enumerate() {
                 let lag = self.lags.map_or(T::default(), |lags| lags[head * window + query - s]);
@@ -204,10 +204,10 @@ impl<T: Float> Attention<'_, T> {
             }
         }
         for weights in weights.chunks_exact_mut(window) {
-            soft_max(&mut weights[..seen.len()]);
+            soft_max(&mut weights[..attended.len()]);
         }
         out.fill(T::default());
-        for (k, s) in seen.enumerate() {
+        for (k, s) in attended.enumerate() {
             let values = &projections[self.row(s, r) + self.values_at()..][..self.width];
             for (head, (out, value)) in out.chunks_exact_mut(n).zip(values.chunks_exact(n)).enumerate() {
                 add_scaled(out, weights[head * window + k], value);
@@ -215,21 +215,21 @@ impl<T: Float> Attention<'_, T> {
         }
     }
 
-    /// Pulls `d_out` back through [`Self::look`]: adds to the gradients by queries, keys and values, and by lag. `d_weights` (heads ×
+    /// Pulls `d_out` back through [`Self::attend`]: adds to the gradients by queries, keys and values, and by lag. `d_weights` (heads ×
     /// window) is scratch.
     #[inline(always)]
-    pub fn look_back(
+    pub fn attend_backward(
         &self,
         [projections, weights, d_out]: [&[T]; 3],
         (query, r): (usize, usize),
-        seen: Range<usize>,
+        attended: Range<usize>,
         d_projections: &mut [T],
         d_lags: Option<&mut [T]>,
         d_weights: &mut [T],
     ) {
         let (n, window) = (self.width / self.heads, self.window);
         let scale = T::of(1.0 / (n as f64).sqrt());
-        for (k, s) in seen.clone().enumerate() {
+        for (k, s) in attended.clone().enumerate() {
             let at = self.row(s, r) + self.values_at();
             let values = projections[at..][..self.width].chunks_exact(n);
             let d_values = d_projections[at..][..self.width].chunks_exact_mut(n);
@@ -242,12 +242,12 @@ impl<T: Float> Attention<'_, T> {
         }
         let heads = d_weights.chunks_exact_mut(window).zip(weights.chunks_exact(window));
         for (d_weights, weights) in heads {
-            let d_weights = &mut d_weights[..seen.len()];
+            let d_weights = &mut d_weights[..attended.len()];
             let along: T = d_weights.iter().zip(weights).map(|(d, weight)| *d * *weight).sum();
             d_weights.iter_mut().zip(weights).for_each(|(d, weight)| *d = *weight * (*d - along));
         }
         let at = self.row(query, r);
-        for (k, s) in seen.clone().enumerate() {
+        for (k, s) in attended.clone().enumerate() {
             let of_keys = self.row(s, r) + self.keys_at();
             for head in 0..self.heads {
                 let d = d_weights[head * window + k] * scale;
@@ -258,7 +258,7 @@ impl<T: Float> Attention<'_, T> {
         }
         if let Some(d_lags) = d_lags {
             for (d_lags, d_weights) in d_lags.chunks_exact_mut(window).zip(d_weights.chunks_exact(window)) {
-                for (s, d) in seen.clone().zip(d_weights) {
+                for (s, d) in attended.clone().zip(d_weights) {
                     d_lags[query - s] += *d;
                 }
             }

@@ -19,7 +19,7 @@ pub(super) struct LayerTape<T> {
     unit: [Vec<T>; 2],
     rate: [Vec<T>; 2],
     /// Inputs of the attention's projections, and of the feed-forward network.
-    seen: Vec<T>,
+    normalised: Vec<T>,
     middle: Vec<T>,
     /// Queries, gates after their sigmoid, keys, values.
     projections: Vec<T>,
@@ -92,7 +92,7 @@ impl<'a, T: Float> Layer<'a, T> {
     }
 
     /// The tokens that token `query` attends to.
-    fn seen(&self, query: usize) -> Range<usize> {
+    fn attended(&self, query: usize) -> Range<usize> {
         match self.shape.form {
             TemporalForm::Window => 0..self.shape.tokens,
             TemporalForm::Streaming => (query + 1).saturating_sub(self.shape.tokens)..query + 1,
@@ -113,13 +113,13 @@ impl<'a, T: Float> Layer<'a, T> {
         let [w_in, w_out, w_up, w_down] = [0, 1, 2, 3].map(|k| self.linear(k));
         let x = &x[tokens.clone()];
         let t = tape;
-        let seen = &mut t.seen[tokens.clone()];
+        let normalised = &mut t.normalised[tokens.clone()];
         if is_pre {
-            norm(x, first, &mut t.unit[0][tokens.clone()], &mut t.rate[0][one.clone()], seen);
+            norm(x, first, &mut t.unit[0][tokens.clone()], &mut t.rate[0][one.clone()], normalised);
         } else {
-            seen.copy_from_slice(x);
+            normalised.copy_from_slice(x);
         }
-        w_in.forward(seen, &mut t.projections[part(p)]);
+        w_in.forward(normalised, &mut t.projections[part(p)]);
         self.attend(steps, t);
         let attended = &mut t.attended[tokens.clone()];
         w_out.forward(&t.gated[tokens.clone()], attended);
@@ -157,7 +157,7 @@ impl<'a, T: Float> Layer<'a, T> {
                 let row = s * self.rows + r;
                 let weights = &mut t.weights[row * of_row..][..of_row];
                 let (context, gated) = (&mut t.context[row * d..][..d], &mut t.gated[row * d..][..d]);
-                attention.look(&t.projections, (s, r), self.seen(s), weights, context);
+                attention.attend(&t.projections, (s, r), self.attended(s), weights, context);
                 if self.shape.block == BlockKind::GatedPreNorm {
                     let gates = &mut t.projections[row * p + d..][..d];
                     for ((gated, gate), context) in gated.iter_mut().zip(gates).zip(context) {
@@ -274,7 +274,7 @@ impl<'a, T: Float> Layer<'a, T> {
             }
             let at = [projections, &weights[row * of_row..][..of_row], d_context];
             let d_lags = self.layout.lags.as_ref().map(|lags| &mut gradient[lags.clone()]);
-            attention.look_back(at, (s, r), self.seen(s), d_projections, d_lags, d_weights);
+            attention.attend_backward(at, (s, r), self.attended(s), d_projections, d_lags, d_weights);
         }
     }
 
@@ -287,7 +287,7 @@ impl<'a, T: Float> Layer<'a, T> {
         let n = |width: usize| steps * self.rows * width;
         let (d, f, p) = (self.shape.width, self.shape.feed_forward, self.shape.projected());
         let pairs = [
-            [&tape.seen[..n(d)], &tape.d_projections[..n(p)]],
+            [&tape.normalised[..n(d)], &tape.d_projections[..n(p)]],
             [&tape.gated[..n(d)], &tape.d_attended[..n(d)]],
             [&tape.middle[..n(d)], &tape.d_hidden[..n(f)]],
             [&tape.hidden[..n(f)], &tape.d_added[..n(d)]],
@@ -308,7 +308,7 @@ impl<T: Float> LayerTape<T> {
         Self {
             unit: [zeros(d), zeros(d)],
             rate: [zeros(1), zeros(1)],
-            seen: zeros(d),
+            normalised: zeros(d),
             middle: zeros(d),
             projections: zeros(p),
             weights: zeros(shape.attention_heads * shape.tokens),

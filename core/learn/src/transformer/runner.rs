@@ -83,7 +83,7 @@ pub struct TransformerRunner {
 struct RunnerScratch {
     wide: Vec<f32>,
     hidden: Vec<f32>,
-    seen: Vec<f32>,
+    normalised: Vec<f32>,
     context: Vec<f32>,
     unit: Vec<f32>,
     rate: Vec<f32>,
@@ -136,7 +136,7 @@ impl TransformerRunner {
             scratch: RunnerScratch {
                 wide: zeros(now * widest),
                 hidden: zeros(now * widest),
-                seen: zeros(now * d),
+                normalised: zeros(now * d),
                 context: zeros(now * d),
                 unit: zeros(now * d),
                 rate: zeros(now),
@@ -218,7 +218,7 @@ impl TransformerRunner {
         }
         let pool = (self.step + 1).saturating_sub(self.shape.pooled())..self.step + 1;
         let per = 1.0 / pool.len() as f32;
-        let pooled = &mut self.scratch.seen[..d];
+        let pooled = &mut self.scratch.normalised[..d];
         pooled.fill(0.0);
         pool.for_each(|s| add_scaled(pooled, per, &self.normed[s * d..][..d]));
         self.latent.run(pooled, &mut self.scratch.wide);
@@ -295,13 +295,13 @@ impl RunnerLayer {
         let scales =
             layout.scales.clone().map_or([1.0; 2], |range| [values[range.start], values[range.start + 1]]);
         let is_pre = shape.block == BlockKind::GatedPreNorm;
-        let RunnerScratch { wide, hidden, seen, context, unit, rate, weights } = scratch;
+        let RunnerScratch { wide, hidden, normalised, context, unit, rate, weights } = scratch;
         if is_pre {
-            norm(tokens, norms[0], unit, rate, seen);
+            norm(tokens, norms[0], unit, rate, normalised);
         } else {
-            seen.copy_from_slice(tokens);
+            normalised.copy_from_slice(tokens);
         }
-        let width = self.linear[0].run(seen, wide);
+        let width = self.linear[0].run(normalised, wide);
         for (row, wide) in
             self.projections[first * p..].chunks_exact_mut(p).zip(wide.chunks_exact(width)).take(now)
         {
@@ -321,7 +321,7 @@ impl RunnerLayer {
                 TemporalForm::Window => 0..shape.tokens,
                 TemporalForm::Streaming => (query + 1).saturating_sub(shape.tokens)..query + 1,
             };
-            attention.look(&self.projections, (query, 0), among, weights, context);
+            attention.attend(&self.projections, (query, 0), among, weights, context);
             if is_pre {
                 let gates = &self.projections[query * p + d..][..d];
                 context.iter_mut().zip(gates).for_each(|(c, gate)| *c *= sigmoid(*gate));
@@ -331,11 +331,11 @@ impl RunnerLayer {
         for (token, wide) in tokens.chunks_exact_mut(d).zip(wide.chunks_exact(width)) {
             add_scaled(token, scales[0], &wide[..d]);
         }
-        norm(tokens, norms[usize::from(is_pre)], unit, rate, seen);
+        norm(tokens, norms[usize::from(is_pre)], unit, rate, normalised);
         if !is_pre {
-            tokens.copy_from_slice(seen);
+            tokens.copy_from_slice(normalised);
         }
-        let (f, width) = (shape.feed_forward, self.linear[2].run(seen, wide));
+        let (f, width) = (shape.feed_forward, self.linear[2].run(normalised, wide));
         for (hidden, wide) in hidden.chunks_exact_mut(f).zip(wide.chunks_exact(width)).take(now) {
             for (h, x) in hidden.iter_mut().zip(wide) {
                 *h = if is_pre { gelu(*x)[0] } else { silu(*x)[0] };
@@ -346,8 +346,8 @@ impl RunnerLayer {
             add_scaled(token, scales[1], &wide[..d]);
         }
         if !is_pre {
-            seen.copy_from_slice(tokens);
-            norm(seen, norms[1], unit, rate, tokens);
+            normalised.copy_from_slice(tokens);
+            norm(normalised, norms[1], unit, rate, tokens);
         }
     }
 }

@@ -144,12 +144,12 @@ impl<'a> ArmsRecording<'a> {
         let was_interrupted =
             matches!(halted, Some(StopReason::Asked)) && (seconds.is_some() || self.start.is_none());
         if !matches!(halted, Some(StopReason::Unsafe(_)))
-            && let Err(halt) = session.go_to_rest()
+            && let Err(reason) = session.go_to_rest()
         {
             // What went wrong first.
             halted = match halted {
                 Some(StopReason::Failed(error)) => Some(StopReason::Failed(error)),
-                _ => Some(halt),
+                _ => Some(reason),
             };
         }
         let is_released = session.release();

@@ -23,8 +23,8 @@ pub(super) enum StopReason {
 }
 
 impl From<StopReason> for Option<Error> {
-    fn from(halt: StopReason) -> Self {
-        match halt {
+    fn from(reason: StopReason) -> Self {
+        match reason {
             StopReason::Unsafe(error) | StopReason::Failed(error) => Some(error),
             StopReason::Asked => None,
         }

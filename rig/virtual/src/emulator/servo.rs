@@ -361,9 +361,9 @@ impl EmulatedServo {
             return (0.0, 0.0);
         }
         let way = f64::from(self.way) * TAU / f64::from(xl430::TICKS_PER_TURN);
-        let rising = acceleration.min(0.5 * velocity);
-        let speed = way / (1e-3 * (velocity - rising));
-        (speed, if rising == 0.0 { 0.0 } else { speed / (1e-3 * rising) })
+        let ramp = acceleration.min(0.5 * velocity);
+        let speed = way / (1e-3 * (velocity - ramp));
+        (speed, if ramp == 0.0 { 0.0 } else { speed / (1e-3 * ramp) })
     }
 
     /// Position reading [ticks] at an angle of the world [rad].

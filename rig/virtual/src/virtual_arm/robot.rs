@@ -114,9 +114,9 @@ impl VirtualArm {
         for servo in one.servos.iter_mut().chain([&mut one.gripper.servo]) {
             servo.torque_constant *= factor(&mut stream, spread.motor);
             servo.resistance *= factor(&mut stream, spread.motor);
-            let rubs = factor(&mut stream, spread.friction);
-            servo.bearing *= rubs;
-            servo.friction = servo.friction.scaled(rubs);
+            let friction = factor(&mut stream, spread.friction);
+            servo.bearing *= friction;
+            servo.friction = servo.friction.scaled(friction);
             servo.backlash *= factor(&mut stream, spread.backlash);
         }
         one

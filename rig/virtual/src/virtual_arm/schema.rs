@@ -245,32 +245,32 @@ fn link(place: &str, typed: &LinkTable) -> Check<ArmLink> {
 }
 
 fn servo(typed: &ServoTable) -> Check<VirtualServo> {
-    let rubs = &typed.friction;
+    let friction = &typed.friction;
     let dry = |name: &str, typed: f64| between(&format!("servo.friction.{name}"), typed, [0.0, 1e3]);
     // Above 1, a gear under load would hold against any torque.
     let share = |name: &str, typed: f64| between(&format!("servo.friction.{name}"), typed, [0.0, 0.9]);
     let friction = GearFriction {
-        base: dry("friction_base_n_m", rubs.friction_base_n_m)?,
-        stribeck: dry("friction_stribeck_n_m", rubs.friction_stribeck_n_m)?,
-        viscous: dry("friction_viscous_n_m_s_per_rad", rubs.friction_viscous_n_m_s_per_rad)?,
+        base: dry("friction_base_n_m", friction.friction_base_n_m)?,
+        stribeck: dry("friction_stribeck_n_m", friction.friction_stribeck_n_m)?,
+        viscous: dry("friction_viscous_n_m_s_per_rad", friction.friction_viscous_n_m_s_per_rad)?,
         load: [
-            share("load_friction_motor", rubs.load_friction_motor)?,
-            share("load_friction_external", rubs.load_friction_external)?,
+            share("load_friction_motor", friction.load_friction_motor)?,
+            share("load_friction_external", friction.load_friction_external)?,
         ],
         load_stribeck: [
-            share("load_friction_motor_stribeck", rubs.load_friction_motor_stribeck)?,
-            share("load_friction_external_stribeck", rubs.load_friction_external_stribeck)?,
+            share("load_friction_motor_stribeck", friction.load_friction_motor_stribeck)?,
+            share("load_friction_external_stribeck", friction.load_friction_external_stribeck)?,
         ],
         load_squared: [
-            share("load_friction_motor_quad_per_n_m", rubs.load_friction_motor_quad_per_n_m)?,
-            share("load_friction_external_quad_per_n_m", rubs.load_friction_external_quad_per_n_m)?,
+            share("load_friction_motor_quad_per_n_m", friction.load_friction_motor_quad_per_n_m)?,
+            share("load_friction_external_quad_per_n_m", friction.load_friction_external_quad_per_n_m)?,
         ],
         stribeck_speed: between(
             "servo.friction.stribeck_speed_rad_s",
-            rubs.stribeck_speed_rad_s,
+            friction.stribeck_speed_rad_s,
             [1e-4, 1e3],
         )?,
-        alpha: between("servo.friction.alpha", rubs.alpha, [0.1, 10.0])?,
+        alpha: between("servo.friction.alpha", friction.alpha, [0.1, 10.0])?,
     };
     let warm = &typed.heat;
     let heat = WindingHeat {

@@ -91,9 +91,9 @@ pub fn adapt(
     on_sample: &(dyn Fn() -> bool + Sync),
 ) -> Result<Option<Adapted>> {
     let search = AdaptSearch::new(TwinWithNetwork { twin, auxiliary, model, motions, on_sample }, options)?;
-    let Some(seen) = search.linearise()? else { return Ok(None) };
-    let Some(evaluated) = search.evaluate(&seen)? else { return Ok(None) };
-    search.finish(&seen, evaluated)
+    let Some(start) = search.linearise()? else { return Ok(None) };
+    let Some(evaluated) = search.evaluate(&start)? else { return Ok(None) };
+    search.finish(&start, evaluated)
 }
 
 /// Samples of rollouts that [`adapt`] makes at most.
@@ -279,10 +279,10 @@ impl<'a> AdaptSearch<'a> {
     }
 
     /// Evaluates all that may be kept on every block in turn.
-    fn evaluate(&self, seen: &Linearisation) -> Result<Option<TestEvaluation>> {
-        let weight = self.choose_weight(&seen.normals);
+    fn evaluate(&self, start: &Linearisation) -> Result<Option<TestEvaluation>> {
+        let weight = self.choose_weight(&start.normals);
         let fits: Vec<Vec<f64>> =
-            (0..self.blocks.len()).map(|k| self.fit(&seen.normals, Some(k), weight)).collect();
+            (0..self.blocks.len()).map(|k| self.fit(&start.normals, Some(k), weight)).collect();
         let task = |(block, p): (&MotionBlock, &Vec<f64>)| RolloutTask {
             motion: block.motion,
             n_samples: block.samples.end,
@@ -295,11 +295,11 @@ impl<'a> AdaptSearch<'a> {
             let (block, p) = (&self.blocks[k], &fits[k]);
             // Errors on the training blocks under the change, to first order.
             let left: Vec<RolloutErrors> =
-                seen.motions.iter().zip(&seen.columns).map(|(m, c)| moved(m, c, p)).collect();
+                start.motions.iter().zip(&start.columns).map(|(m, c)| moved(m, c, p)).collect();
             let corrections =
-                [self.correction(&seen.motions, Some(block)), self.correction(&left, Some(block))];
+                [self.correction(&start.motions, Some(block)), self.correction(&left, Some(block))];
             let squares = |kept: AdaptedParts| {
-                let rolled = if kept.has_change() { &changed[k] } else { &seen.motions[block.motion] };
+                let rolled = if kept.has_change() { &changed[k] } else { &start.motions[block.motion] };
                 let correction = corrections[usize::from(kept.has_change())].as_ref();
                 match (kept.has_correction(), correction) {
                     (false, _) => Some(Squares::of(rolled, block, None, drift)),
@@ -335,11 +335,11 @@ impl<'a> AdaptSearch<'a> {
     }
 
     /// Fits to all motion what is kept.
-    fn finish(&self, seen: &Linearisation, evaluated: TestEvaluation) -> Result<Option<Adapted>> {
+    fn finish(&self, start: &Linearisation, evaluated: TestEvaluation) -> Result<Option<Adapted>> {
         let n = self.deviations.len();
-        let mut p = self.fit(&seen.normals, None, evaluated.weight);
+        let mut p = self.fit(&start.normals, None, evaluated.weight);
         let found = p.clone();
-        let mut last = seen.motions.clone();
+        let mut last = start.motions.clone();
         if evaluated.kept.has_change() {
             for round in 0..ROUNDS {
                 let Some(rolled) = self.rig.roll(&self.whole(&p))? else { return Ok(None) };
@@ -349,10 +349,10 @@ impl<'a> AdaptSearch<'a> {
                     let back: Vec<f64> = p.iter().map(|p| -p).collect();
                     let from_start: Vec<RolloutErrors> = last
                         .iter()
-                        .zip(&seen.columns)
+                        .zip(&start.columns)
                         .map(|(motion, columns)| moved(motion, columns, &back))
                         .collect();
-                    p = self.fit(&self.normals(&from_start, &seen.columns), None, evaluated.weight);
+                    p = self.fit(&self.normals(&from_start, &start.columns), None, evaluated.weight);
                 }
             }
         }
@@ -364,9 +364,9 @@ impl<'a> AdaptSearch<'a> {
         };
         let motion_errors = |m: usize| MotionErrors {
             name: self.rig.motions[m].name.clone(),
-            before_m: errors(m, &seen.motions[m], None),
+            before_m: errors(m, &start.motions[m], None),
             after_m: errors(m, &last[m], correction.as_ref()),
-            extrapolating: mean_of(&seen.motions[m].is_extrapolating),
+            extrapolating: mean_of(&start.motions[m].is_extrapolating),
         };
         let motions = (0..last.len()).map(motion_errors).collect();
         let change = self.change(&kept_p);

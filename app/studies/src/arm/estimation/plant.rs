@@ -115,9 +115,9 @@ impl<'m> Plant<'m> {
             inverse_dynamics(self.model, &mut data, [&want, &speed, &acceleration], &[], &mut feed);
             let step = self.imperfections.encoder_step;
             for j in 0..n {
-                let seen = if step > 0.0 { step * (q[j] / step).round() } else { q[j] };
+                let measured = if step > 0.0 { step * (q[j] / step).round() } else { q[j] };
                 command[j] = feed[j]
-                    + controller.stiffness[j] * (want[j] - seen)
+                    + controller.stiffness[j] * (want[j] - measured)
                     + controller.damping[j] * (speed[j] - dq[j]);
             }
             for _ in 0..self.substeps {

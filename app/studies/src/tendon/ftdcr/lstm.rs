@@ -84,11 +84,11 @@ pub fn predict(training: &[Pattern], held: &[Pattern]) -> Result<Vec<[f64; 3]>> 
     let inputs = ranges(&samples, INPUTS)?;
     let samples: Vec<Vec<f64>> = training.iter().flat_map(|p| &p.rows).map(|row| row.tip.to_vec()).collect();
     let tips = ranges(&samples, 3)?;
-    let part = |choose: bool| -> Vec<&Pattern> {
-        training.iter().enumerate().filter(|(k, _)| (k % 4 == 3) == choose).map(|(_, p)| p).collect()
+    let part = |is_validation: bool| -> Vec<&Pattern> {
+        training.iter().enumerate().filter(|(k, _)| (k % 4 == 3) == is_validation).map(|(_, p)| p).collect()
     };
-    let [seen, chooses] = [part(false), part(true)].map(|patterns| Rows::new(&patterns, &inputs, &tips));
-    let network = trained(&seen, &chooses)?;
+    let [fitted, validation] = [part(false), part(true)].map(|patterns| Rows::new(&patterns, &inputs, &tips));
+    let network = trained(&fitted, &validation)?;
 
     let held_patterns: Vec<&Pattern> = held.iter().collect();
     let new = Rows::new(&held_patterns, &inputs, &tips);
@@ -112,8 +112,8 @@ fn ranges(samples: &[Vec<f64>], n: usize) -> Result<Normaliser> {
     Ok(Normaliser::new((0..n).map(range).collect())?)
 }
 
-/// The network that is best on `chooses`.
-fn trained(seen: &Rows, chooses: &Rows) -> Result<Network> {
+/// The network with the least error on `validation`.
+fn trained(training: &Rows, validation: &Rows) -> Result<Network> {
     let architecture = Architecture {
         inputs: INPUTS,
         hidden: HIDDEN,
@@ -129,10 +129,12 @@ fn trained(seen: &Rows, chooses: &Rows) -> Result<Network> {
         let part = epoch as f64 / EPOCHS as f64;
         trainer
             .set_learning_rate(LEARNING_RATE * (0.01 + 0.495 * (1.0 + (std::f64::consts::PI * part).cos())));
-        let mut memory = Memory::zeros(&architecture, seen.rows);
-        trainer.step(&seen.batch(), &mut memory, |outputs, gradient| seen.error(outputs, Some(gradient)))?;
+        let mut memory = Memory::zeros(&architecture, training.rows);
+        trainer.step(&training.batch(), &mut memory, |outputs, gradient| {
+            training.error(outputs, Some(gradient))
+        })?;
         if (epoch + 1) % LOOK_EVERY == 0 {
-            let error = chooses.error(&run(trainer.network(), chooses)?, None);
+            let error = validation.error(&run(trainer.network(), validation)?, None);
             if error < best.0 {
                 best = (error, trainer.network().clone());
             }

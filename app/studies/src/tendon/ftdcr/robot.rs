@@ -72,11 +72,11 @@ impl Robot {
         let twin = self.twin(&reduced.model)?;
         let (mut rows, mut further) = (Vec::new(), Vec::new());
         for pattern in training {
-            let mut walk = Walk::new(&twin);
+            let mut stepper = TwinSteps::new(&twin);
             for row in pattern.rows.iter().step_by(every) {
-                if walk.goes_to(row)? {
+                if stepper.goes_to(row)? {
                     rows.push(row);
-                    further.push(walk.marker() - reduced.model.shape(&row.strokes).marker);
+                    further.push(stepper.marker() - reduced.model.shape(&row.strokes).marker);
                 }
             }
         }
@@ -92,10 +92,10 @@ impl Robot {
         let twin = self.twin(&fitted.model)?;
         let (mut markers, mut n_failed) = (Vec::new(), 0);
         for rows in patterns {
-            let mut walk = Walk::new(&twin);
+            let mut stepper = TwinSteps::new(&twin);
             for row in rows {
-                n_failed += usize::from(!walk.goes_to(row)?);
-                markers.push(walk.marker());
+                n_failed += usize::from(!stepper.goes_to(row)?);
+                markers.push(stepper.marker());
             }
         }
         Ok((markers, n_failed))
@@ -140,7 +140,7 @@ fn between(from: Strokes, to: Strokes) -> impl Iterator<Item = Strokes> {
 }
 
 /// Steps from these strokes to those of a row, none too long; true if there is an equilibrium on all of the way.
-fn walk(strokes: &mut Strokes, row: &Row, mut step: impl FnMut(&Strokes) -> Result<bool>) -> Result<bool> {
+fn step_to(strokes: &mut Strokes, row: &Row, mut step: impl FnMut(&Strokes) -> Result<bool>) -> Result<bool> {
     for next in between(*strokes, primary(row)) {
         if !step(&next)? {
             return Ok(false);
@@ -172,7 +172,7 @@ impl<'a> Walk<'a> {
 
     /// True if there is an equilibrium; the shape stays at the last one.
     fn goes_to(&mut self, row: &Row) -> Result<bool> {
-        walk(&mut self.strokes, row, |strokes| {
+        step_to(&mut self.strokes, row, |strokes| {
             let targets = strokes.map(Target::Stroke);
             is_balanced(self.stepper.step(self.twin, &targets))
         })
@@ -207,7 +207,8 @@ impl<'a> Led<'a> {
     /// True if there is an equilibrium on all of the way.
     fn goes_to(&mut self, row: &Row, wanted: &Vector3<f64>) -> Result<bool> {
         let identifier = &mut self.identifier;
-        if !walk(&mut self.strokes, row, |strokes| is_balanced(identifier.step(strokes, None, DURATION)))? {
+        if !step_to(&mut self.strokes, row, |strokes| is_balanced(identifier.step(strokes, None, DURATION)))?
+        {
             return Ok(false);
         }
         for _ in 0..ROUNDS {

@@ -98,12 +98,12 @@ fn kernel(known: &Dataset, judged: &[&Demonstration]) -> Result<InverseBaseline>
     let training: Vec<&Demonstration> = known.training.iter().collect();
     let validation: Vec<&Demonstration> = known.validation.iter().collect();
     let error = |setting: Setting, rows: usize, all: &[&Demonstration]| -> Result<f64> {
-        let [seen, new] = [&training[..], all].map(|all| Rows::new(all, known.step, setting));
-        let every = seen.features.len().div_ceil(rows).max(1);
-        let seen = seen.every(every);
+        let [fitted, new] = [&training[..], all].map(|all| Rows::new(all, known.step, setting));
+        let every = fitted.features.len().div_ceil(rows).max(1);
+        let fitted = fitted.every(every);
         // Validation needs no more samples than training.
         let new = new.every(if rows == CHOOSE_ROWS { every } else { 1 });
-        let found = seen.predict(&new, setting)?;
+        let found = fitted.predict(&new, setting)?;
         let off = (&found - &new.strokes).iter().map(|off| 1e3 * off).collect::<Vec<f64>>();
         Ok(rms(off))
     };

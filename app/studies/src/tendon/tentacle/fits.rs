@@ -148,7 +148,7 @@ pub fn run(bench: &Bench, context: &Context) -> Result<(Vec<Setup>, Vec<Paramete
             let error = estimate.standard_error.map_or("-".into(), |error| format!("{error:.3e}"));
             context.print(format_args!(
                 "{:<34}{:>12.4e} ± {error:<10} {:?}",
-                estimate.name, estimate.value, estimate.standing
+                estimate.name, estimate.value, estimate.identifiability
             ));
         }
         context.print(format_args!(
@@ -161,7 +161,7 @@ pub fn run(bench: &Bench, context: &Context) -> Result<(Vec<Setup>, Vec<Paramete
         let inside: Vec<f64> = fit
             .estimates
             .iter()
-            .map(|e| if e.standing == Identifiability::AtBound { e.start } else { e.value })
+            .map(|e| if e.identifiability == Identifiability::AtBound { e.start } else { e.value })
             .collect();
         let left_out: Vec<Errors> = (0..bench.holds.len())
             .into_par_iter()
@@ -201,7 +201,7 @@ impl FittedValue {
             start: estimate.start,
             value: estimate.value,
             standard_error: estimate.standard_error,
-            is_fitted: estimate.standing == Identifiability::Fitted,
+            is_fitted: estimate.identifiability == Identifiability::Fitted,
         }
     }
 }

@@ -120,7 +120,7 @@ fn rows(
                 value: stall_torque,
                 standard_error: None,
                 note: "as given: loads alone cannot tell it; record tension_k_n".into(),
-                standing: Identifiability::Undetermined(Vec::new()),
+                identifiability: Identifiability::Undetermined(Vec::new()),
             });
         }
         let finest = finest_speed(period);
@@ -130,11 +130,11 @@ fn rows(
         rows.extend(found.fit.estimates.iter().map(|estimate| {
             let mut row = Row::of_estimate(estimate);
             let is_of_low_speed = is_speed(&row.name) || row.name.starts_with("breakaway_excess");
-            let is_held = matches!(estimate.standing, Identifiability::Undetermined(_));
+            let is_held = matches!(estimate.identifiability, Identifiability::Undetermined(_));
             if is_of_low_speed && (is_blurred || is_held) {
                 row.note = format!("cannot be estimated: below {finest:.2} rad/s a servo moves tick by tick");
                 (row.value, row.standard_error) = (f64::NAN, None);
-                row.standing = Identifiability::Undetermined(Vec::new());
+                row.identifiability = Identifiability::Undetermined(Vec::new());
             } else if is_held {
                 row.note =
                     "cannot be estimated: record slower and faster motion of a tendon pulled more and less"
@@ -150,14 +150,14 @@ fn rows(
             value: 1e3 * radius * found.width,
             standard_error: Some(1e3 * radius * found.standard_error),
             note: format!("{} reversals", found.reversals.len()),
-            standing: Identifiability::Fitted,
+            identifiability: Identifiability::Fitted,
         }),
         Err(bad) => rows.push(Row {
             name: "backlash_mm".into(),
             value: f64::NAN,
             standard_error: None,
             note: format!("cannot be estimated: {bad}"),
-            standing: Identifiability::Undetermined(Vec::new()),
+            identifiability: Identifiability::Undetermined(Vec::new()),
         }),
     }
     rows

@@ -249,9 +249,9 @@ fn joined(series: impl Iterator<Item = (f64, Option<Estimate>)>) -> Option<Estim
         state = Some(match state {
             None => (time, value, noise),
             Some((before, mean, variance)) => {
-                let walked = variance + (DRIFT * mean).powi(2) * (time - before) / 3600.0;
-                let share = if noise > 0.0 { walked / (walked + noise) } else { 1.0 };
-                (time, mean + share * (value - mean), (1.0 - share) * walked)
+                let predicted = variance + (DRIFT * mean).powi(2) * (time - before) / 3600.0;
+                let share = if noise > 0.0 { predicted / (predicted + noise) } else { 1.0 };
+                (time, mean + share * (value - mean), (1.0 - share) * predicted)
             }
         });
     }

@@ -91,7 +91,8 @@ pub struct FittedParameter {
     /// Whether the fit ended at a bound.
     pub is_at_bound: bool,
     /// Identifiability, in words.
-    pub standing: String,
+    #[serde(rename = "standing")]
+    pub identifiability: String,
 }
 
 /// Errors of the twin's tip.
@@ -119,8 +120,8 @@ impl FittedParameter {
             lower_bound: selected.parameter.bounds.min,
             upper_bound: selected.parameter.bounds.max,
             prior_width: selected.parameter.prior.map(|prior| prior.width),
-            is_at_bound: estimate.standing == Identifiability::AtBound,
-            standing: standing(&estimate.standing),
+            is_at_bound: estimate.identifiability == Identifiability::AtBound,
+            identifiability: identifiability(&estimate.identifiability),
         }
     }
 }
@@ -180,8 +181,8 @@ pub(super) fn digits(value: f64) -> String {
 }
 
 /// Identifiability of a parameter, in words.
-pub(super) fn standing(standing: &Identifiability) -> String {
-    match standing {
+pub(super) fn identifiability(identifiability: &Identifiability) -> String {
+    match identifiability {
         Identifiability::Fitted => "fitted".into(),
         Identifiability::AtBound => "at a bound".into(),
         Identifiability::Vague => "vague, but the scene's value fits worse".into(),

@@ -6,7 +6,7 @@ use hysteron_report::page::Page;
 use hysteron_report::series::{MEASURED, TWIN, UNCORRECTED};
 use hysteron_twin::fit::{IdentifiedParameter, ParameterScale, Selected};
 
-use super::outcome::{FittedParameter, FittedTipErrors, Outcome, digits, standing};
+use super::outcome::{FittedParameter, FittedTipErrors, Outcome, digits, identifiability};
 use super::verdict::FinishedFit;
 use crate::shared::recording_checks;
 
@@ -69,7 +69,7 @@ fn rows(finished: &FinishedFit) -> Vec<Vec<String>> {
                 (Some(prior), ParameterScale::Linear) => format!("± {}", own(prior.width)),
                 (Some(prior), ParameterScale::Logarithmic) => format!("a factor of {}", digits(prior.width)),
             },
-            standing(&estimate.standing),
+            identifiability(&estimate.identifiability),
         ]
     };
     finished.selected.iter().zip(&finished.found.fit.estimates).map(row).collect()

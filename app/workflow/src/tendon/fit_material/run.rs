@@ -14,7 +14,7 @@ use hysteron_twin::fit::{
 use hysteron_twin::{RobotMotion, Twin};
 
 use super::options::Options;
-use super::outcome::{Outcome, digits, standing};
+use super::outcome::{Outcome, digits, identifiability};
 use super::verdict::FinishedFit;
 use super::{page, quantities, scene_file};
 use crate::shared::error::Cancelled;
@@ -147,7 +147,7 @@ fn print(finished: &FinishedFit, outcome: &Outcome, context: &Context) {
     let found = finished.found;
     context.print(format_args!(
         "{:<26}{:>12}{:>12}{:>12}   {}",
-        "parameter", "scene", "fitted", "± s.e.", "standing"
+        "parameter", "scene", "fitted", "± s.e.", "identifiability"
     ));
     for (selected, estimate) in finished.selected.iter().zip(&found.fit.estimates) {
         let (factor, unit) = (selected.quantity.key.1, selected.quantity.unit());
@@ -157,7 +157,7 @@ fn print(finished: &FinishedFit, outcome: &Outcome, context: &Context) {
             digits(factor * estimate.start),
             digits(factor * estimate.value),
             estimate.standard_error.map_or("-".into(), |error| digits(factor * error)),
-            standing(&estimate.standing),
+            identifiability(&estimate.identifiability),
         ));
     }
     for (name, errors) in ["scene", "fitted"].iter().zip(&found.errors) {

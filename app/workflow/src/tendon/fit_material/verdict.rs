@@ -91,7 +91,7 @@ impl FinishedFit<'_> {
     /// Warnings about the outcome, and other explanations of the remaining errors.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        let at_bound = |estimate: &&IdentifiedParameter| estimate.standing == Identifiability::AtBound;
+        let at_bound = |estimate: &&IdentifiedParameter| estimate.identifiability == Identifiability::AtBound;
         for estimate in self.found.fit.estimates.iter().filter(at_bound) {
             warnings
                 .push(format!("{} ended at a bound: an assumption of the scene may be wrong", estimate.name));

@@ -113,11 +113,11 @@ fn fit(
             let options = options.paper.options(PUBLISHED, [epochs, hidden], seed);
             display.bar.set_length(options.epochs as u64);
             let is_held = |k: &usize| held_out[0].contains(k);
-            let (held, seen): (Vec<usize>, Vec<usize>) = (0..sequences.len()).partition(is_held);
+            let (validation, training): (Vec<usize>, Vec<usize>) = (0..sequences.len()).partition(is_held);
             let pick = |indices: Vec<usize>| -> Vec<Sequence> {
                 indices.into_iter().map(|k| sequences[k].clone()).collect()
             };
-            fit_windowed(&pick(seen), &pick(held), scene_hash, &options, sessions)
+            fit_windowed(&pick(training), &pick(validation), scene_hash, &options, sessions)
         }
     }
 }

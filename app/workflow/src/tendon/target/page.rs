@@ -80,7 +80,7 @@ fn map(target: &TargetPath, reach: Option<&Reach>) -> TargetMap {
         title: "Target".to_owned(),
         caption,
         curve: target.outline.points().iter().map(mm).collect(),
-        ways: vec![all[..=begins].to_vec(), all[ends..].to_vec()],
+        transits: vec![all[..=begins].to_vec(), all[ends..].to_vec()],
         goals: reach.map(goals),
     }
 }

@@ -211,7 +211,7 @@ fn named(law: &Law, parameters: &[f64], offset: f64) -> Vec<Row> {
         value: *value,
         standard_error: None,
         note: String::new(),
-        standing: Identifiability::Fitted,
+        identifiability: Identifiability::Fitted,
     };
     names.zip(parameters.iter().chain([&offset])).map(row).collect()
 }
