@@ -60,14 +60,14 @@ impl MotionKind {
             })
             .collect();
         let length = |v: &[f64; 2]| v[0].hypot(v[1]);
-        let fastest = moves.iter().map(|(_, way)| length(way)).fold(0.0, f64::max);
+        let fastest = moves.iter().map(|(_, step)| length(step)).fold(0.0, f64::max);
         let (mut along, mut total, mut bins) = (0.0, 0.0, [0.0; BINS]);
-        for (place, way) in moves.iter().filter(|(_, way)| length(way) > SLOW * fastest) {
+        for (place, step) in moves.iter().filter(|(_, step)| length(step) > SLOW * fastest) {
             let far = length(place).max(f64::MIN_POSITIVE);
-            along += (place[0] * way[0] + place[1] * way[1]).abs() / far;
-            total += length(way);
-            let turn = (way[1].atan2(way[0]) / std::f64::consts::TAU + 1.0).fract();
-            bins[((turn * BINS as f64) as usize).min(BINS - 1)] += length(way);
+            along += (place[0] * step[0] + place[1] * step[1]).abs() / far;
+            total += length(step);
+            let turn = (step[1].atan2(step[0]) / std::f64::consts::TAU + 1.0).fract();
+            bins[((turn * BINS as f64) as usize).min(BINS - 1)] += length(step);
         }
         if on_sides(bins) > ON_SIDES * total {
             Self::Polygon

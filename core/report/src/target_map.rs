@@ -1,4 +1,4 @@
-//! A target from above: its curve, the ways to it and from it, and which of its points were reached.
+//! A target from above: its curve, the paths to it and from it, and which of its points were reached.
 
 use plotters::prelude::*;
 
@@ -7,7 +7,7 @@ use crate::plane::{PlanePath, dashes, draw_simplified, square_around};
 use crate::sheet::{BELOW, COLORS, LEFT, NARROW, Sheet};
 
 const TARGET: RGBColor = COLORS[0];
-const WAY: RGBColor = RGBColor(190, 194, 200);
+const TRANSIT: RGBColor = RGBColor(190, 194, 200);
 const MISSED: RGBColor = COLORS[1];
 const REACHED: RGBColor = COLORS[2];
 /// Width of the tile [px].
@@ -58,7 +58,7 @@ impl Figure for TargetMap {
     }
 
     fn legend(&self) -> Vec<LegendEntry> {
-        let mut names = vec![("target".to_owned(), TARGET), ("way to it".to_owned(), WAY)];
+        let mut names = vec![("target".to_owned(), TARGET), ("path to it".to_owned(), TRANSIT)];
         let goals = || self.goals.iter().flatten();
         if goals().any(|goal| goal.missed_at.is_none()) {
             names.push(("reached".to_owned(), REACHED));
@@ -87,7 +87,7 @@ impl Figure for TargetMap {
         let part = sheet.part(0.0, 0.0, LEFT + side, side + BELOW);
         let mut chart = part.chart(x - half..x + half, y - half..y + half, "x [mm]", "y [mm]")?;
         for transit in &self.transits {
-            draw_simplified(&mut chart, &part, way, 0.15 * mm_per_px, (WAY, 1.6))?;
+            draw_simplified(&mut chart, &part, transit, 0.15 * mm_per_px, (TRANSIT, 1.6))?;
         }
         for dash in dashes(&self.curve, 6.0 * mm_per_px) {
             chart.draw_series(LineSeries::new(dash, part.line(TARGET, 1.6)))?;

@@ -371,7 +371,8 @@ fn a_robot_that_stands_while_its_tendons_are_slack_has_no_tracker_that_stopped()
     // Until it does not move any more: nothing follows then that could tell.
     let n = 100 * RATE as usize;
     robot.tip.iter_mut().chain(&mut robot.strokes).for_each(|values| values.truncate(n));
-    (robot.time.truncate(n), robot.gap.truncate(n));
+    robot.time.truncate(n);
+    robot.gap.truncate(n);
     let still = |robot: &Robot| robot.found().into_iter().find(|one| one.kind == Finding::Frozen);
     let rests = (1..robot.time.len()).filter(|i| (0..2).all(|c| robot.tip[c][*i] == robot.tip[c][i - 1]));
     assert!(rests.count() > 500);

@@ -74,7 +74,7 @@ impl Robot {
         for pattern in training {
             let mut stepper = TwinSteps::new(&twin);
             for row in pattern.rows.iter().step_by(every) {
-                if stepper.goes_to(row)? {
+                if stepper.reaches(row)? {
                     rows.push(row);
                     further.push(stepper.marker() - reduced.model.shape(&row.strokes).marker);
                 }
@@ -94,7 +94,7 @@ impl Robot {
         for rows in patterns {
             let mut stepper = TwinSteps::new(&twin);
             for row in rows {
-                n_failed += usize::from(!stepper.goes_to(row)?);
+                n_failed += usize::from(!stepper.reaches(row)?);
                 markers.push(stepper.marker());
             }
         }
@@ -118,7 +118,7 @@ impl Robot {
         for rows in patterns {
             let mut led = Led::new(&twin, &auxiliary);
             for (row, goal) in rows.iter().zip(&mut goals) {
-                n_failed += usize::from(!led.goes_to(row, goal)?);
+                n_failed += usize::from(!led.reaches(row, goal)?);
                 markers.push(marker(&twin, led.identifier.state()));
             }
         }
@@ -159,19 +159,19 @@ fn is_balanced<T>(step: hysteron_twin::Result<T>) -> Result<bool> {
 }
 
 /// From row to row, under the real tendons alone.
-struct Walk<'a> {
+struct TwinSteps<'a> {
     twin: &'a Twin,
     stepper: Stepper,
     strokes: Strokes,
 }
 
-impl<'a> Walk<'a> {
+impl<'a> TwinSteps<'a> {
     fn new(twin: &'a Twin) -> Self {
         Self { twin, stepper: Stepper::new(twin), strokes: [0.0; N_TENDONS + N_AXIS] }
     }
 
     /// True if there is an equilibrium; the shape stays at the last one.
-    fn goes_to(&mut self, row: &Row) -> Result<bool> {
+    fn reaches(&mut self, row: &Row) -> Result<bool> {
         step_to(&mut self.strokes, row, |strokes| {
             let targets = strokes.map(Target::Stroke);
             is_balanced(self.stepper.step(self.twin, &targets))
@@ -205,7 +205,7 @@ impl<'a> Led<'a> {
     }
 
     /// True if there is an equilibrium on all of the way.
-    fn goes_to(&mut self, row: &Row, wanted: &Vector3<f64>) -> Result<bool> {
+    fn reaches(&mut self, row: &Row, wanted: &Vector3<f64>) -> Result<bool> {
         let identifier = &mut self.identifier;
         if !step_to(&mut self.strokes, row, |strokes| is_balanced(identifier.step(strokes, None, DURATION)))?
         {
