@@ -95,7 +95,7 @@ fn a_target_within_reach_is_written_and_another_is_not() {
     assert!(!place.path().join("out").exists());
     assert!(metrics(&place, "large")["reach"]["out_of_reach"].as_u64().unwrap() > 0);
     let svg = String::from_utf8(place.read("large/target.svg")).unwrap();
-    assert!(svg.contains("out of reach") && svg.contains("way to it"));
+    assert!(svg.contains("out of reach") && svg.contains("path to it"));
 }
 
 #[test]
