@@ -112,7 +112,7 @@ impl TendonModel {
         }
         positive("tendon.axial_stiffness", spec.axial_stiffness)?;
         positive("tendon.friction_force", spec.friction_force)
-            .map_err(|bad| bad.hint("a few millinewtons stand for a smooth guide"))?;
+            .map_err(|bad| bad.hint("use a few millinewtons for a smooth guide"))?;
         if spec.law != FrictionLaw::Coulomb {
             positive("tendon.law", spec.law.presliding())?;
         }

@@ -173,7 +173,7 @@ impl RobotMotion {
                 format!("within {:.1} mm of {}, where the twin's rests", 1e3 * allowed, at(twins)),
                 format!("{}, {:.1} mm away", at(measured), 1e3 * away),
             )
-            .hint("was the tracker moved? register it again, or let fit-material --frame fit find where it stands"),
+            .hint("was the tracker moved? register it again, or use fit-material --frame fit"),
         ))
     }
 

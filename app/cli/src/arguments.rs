@@ -162,19 +162,19 @@ impl Program {
         self.overwrite
     }
 
-    /// How much to log: 1 is the usual; none where nobody asked for more or less.
+    /// Log level: 1 is the default; none if no option sets it.
     pub fn verbosity(&self) -> Option<i8> {
         let of = |count: u8| i8::try_from(count).unwrap_or(i8::MAX);
         let is_typed = self.verbose > 0 || self.quiet > 0;
         is_typed.then(|| 1i8.saturating_add(of(self.verbose)).saturating_sub(of(self.quiet)))
     }
 
-    /// True where stdout is for a program.
+    /// Whether stdout is read by a program.
     pub fn is_json(&self) -> bool {
         self.json
     }
 
-    /// The options of all verbs, for a program that this one starts.
+    /// The options of all verbs, for the processes of a study.
     pub fn passed_on(&self) -> Vec<String> {
         let times = |option: &str, count: u8| vec![option.to_owned(); usize::from(count)];
         let threads = self.threads.iter().flat_map(|n| ["--threads".to_owned(), n.to_string()]);

@@ -16,8 +16,8 @@ pub enum CommandFailed {
 impl std::fmt::Display for CommandFailed {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Ended(code) => write!(f, "the command failed (exit code {code}) and has said why above"),
-            Self::Interrupted => write!(f, "interrupted; the same command goes on from here"),
+            Self::Ended(code) => write!(f, "the command failed (exit code {code}); its error is above"),
+            Self::Interrupted => write!(f, "interrupted; the same command resumes"),
             Self::Killed => write!(f, "the command was killed"),
         }
     }

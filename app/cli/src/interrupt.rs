@@ -92,7 +92,7 @@ fn look_after() {
         match Manner::now() {
             Manner::AtOnce => end("interrupted; nothing was begun"),
             Manner::Soon if since.elapsed() >= PATIENCE => {
-                end("interrupted; what was finished is kept, the rest is begun again by the same command")
+                end("interrupted; finished results are kept, the same command starts the rest again")
             }
             Manner::Soon => {}
             Manner::WithRig | Manner::WithOthers => since = Instant::now(),

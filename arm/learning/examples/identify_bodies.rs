@@ -212,7 +212,7 @@ fn ur10e(folder: &Path) -> Fallible<Value> {
     let upstream = Model::from_urdf(&published.urdf(&text)?, "ur10e.urdf with its parameters")?;
     for (name, motion) in &tests {
         let rms = published.rms(&upstream, motion);
-        println!("  parameters that come with the data, {name} {rms:.4?}");
+        println!("  parameters supplied with the data, {name} {rms:.4?}");
         row["upstream_rms_n_m"][name] = json!(rms);
     }
     Ok(row)

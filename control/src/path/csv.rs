@@ -36,7 +36,7 @@ fn columns(header: &::csv::StringRecord) -> Result<Vec<(usize, &'static Unit)>, 
         let found = header.iter().collect::<Vec<_>>().join(",");
         let found = if found.trim().is_empty() { "nothing" } else { &found };
         BadInput::new("header", "x, y and perhaps z with their unit, as in x_mm,y_mm", found)
-            .hint("_mm or _m says the unit; a recording has a column time_s")
+            .hint("_mm or _m is the unit; a recording has a column time_s")
     };
     let mut columns: Vec<(usize, &Unit)> = Vec::new();
     for name in header {

@@ -102,7 +102,7 @@ pub const RULES: [Rule; 15] = [
         Criterion::ErrorOverSpread,
         0.5,
         Some(0.9),
-        "the mean of what was measured has 100 %; at 50 % a quarter of the variance is unexplained, at 90 % four fifths",
+        "the mean of the measurements has 100 %; at 50 % a quarter of the variance is unexplained, at 90 % four fifths",
     ),
     rule(
         Criterion::ErrorOverBaseline,
@@ -114,7 +114,7 @@ pub const RULES: [Rule; 15] = [
         Criterion::HeldOutOverFitted,
         2.0,
         Some(10.0),
-        "at twice the error three quarters of the variance of what is left were not in the fit; at ten times the fit is to \
+        "at twice the error three quarters of the residual variance were not in the fit; at ten times the fit is to \
          its own recordings alone",
     ),
     rule(
@@ -158,13 +158,13 @@ pub const RULES: [Rule; 15] = [
         Criterion::SolverFailures,
         0.0,
         Some(0.05),
-        "what was not solved is missing where it is hardest; 5 % are no exception",
+        "the unsolved samples are the hardest ones; 5 % are no exception",
     ),
     rule(
         Criterion::OutsideTraining,
         0.05,
         Some(0.5),
-        "5 % are the tails of what was seen; with half of the samples outside, the network guesses",
+        "5 % are the tails of the training data; with half of the samples outside, the network extrapolates",
     ),
     rule(
         Criterion::AtLimit,
@@ -172,13 +172,8 @@ pub const RULES: [Rule; 15] = [
         Some(0.5),
         "a limit decided, not the command; with half of the samples at it, the limit is the result",
     ),
-    rule(Criterion::SingleRepeat, 0.5, None, "one repeat says nothing of the scatter"),
-    rule(
-        Criterion::Missing,
-        0.0,
-        Some(0.5),
-        "a comparison of what is left is not the one that was asked for",
-    ),
+    rule(Criterion::SingleRepeat, 0.5, None, "one repeat does not show the scatter"),
+    rule(Criterion::Missing, 0.0, Some(0.5), "a comparison of the remaining ones is not the requested one"),
 ];
 
 impl Criterion {
@@ -317,7 +312,7 @@ impl Judgement {
         let sentence = match worst {
             Usability::Usable => format!("{words}: {claim}."),
             Usability::UsableWithCare if reasons.is_empty() => {
-                format!("{words}: {claim}, but nothing was measured that says how well.")
+                format!("{words}: {claim}, but its accuracy was not measured.")
             }
             Usability::UsableWithCare => format!("{words}: {claim}, but {reasons}."),
             Usability::NotUsable => format!("{words}: {reasons}."),

@@ -150,7 +150,7 @@ impl<'a> Scan<'a> {
             let n = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
             return Err(self
                 .bad(expected, printable(&rest[..n]))
-                .hint("the counts of the section do not match what it holds"));
+                .hint("the counts of the section do not match its contents"));
         }
         self.at += expected.len();
         Ok(())
@@ -166,11 +166,11 @@ impl<'a> Scan<'a> {
 
     /// The four bytes that give the byte order of a binary file.
     pub(super) fn byte_order(&mut self) -> Result<bool, BadInput> {
-        let bytes = self.take::<4>("the number 1 that tells the byte order")?;
+        let bytes = self.take::<4>("the number 1 that marks the byte order")?;
         match bytes {
             [1, 0, 0, 0] => Ok(false),
             [0, 0, 0, 1] => Ok(true),
-            _ => Err(self.bad("the number 1 that tells the byte order", format!("bytes {bytes:?}"))),
+            _ => Err(self.bad("the number 1 that marks the byte order", format!("bytes {bytes:?}"))),
         }
     }
 

@@ -70,7 +70,7 @@ fn odd_headers_are_refused() {
     assert_eq!(refusal_with("4.1 0 8", "4.1 0 3").found, "`3`");
     assert_eq!(
         refusal_with("4.1 0 8", "4.1 1 8\n12345678").expected,
-        "the number 1 that tells the byte order"
+        "the number 1 that marks the byte order"
     );
     assert!(refusal_with("$EndMeshFormat\n", "").expected.contains("$EndMeshFormat"));
 }

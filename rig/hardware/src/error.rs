@@ -22,7 +22,7 @@ pub enum Error {
     #[error("tracker: {0}")]
     Tracker(String),
     /// The recording cannot be written.
-    #[error("writing the recording: {0} (hint: make room on the disk; what was recorded is kept)")]
+    #[error("writing the recording: {0} (hint: free space on the disk; the recorded rows are kept)")]
     Disk(std::io::Error),
     /// A limit was passed, and the run was ended safely.
     #[error("limit: {0}")]

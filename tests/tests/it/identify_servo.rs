@@ -151,7 +151,7 @@ fn recordings_that_tell_nothing_are_refused() {
         ("counts", &scaled("load_", 1000.0), &["divide by 1000"]),
         ("still", &scaled("tick_present_", 0.0), &["steady motion, pulling, got 0", "record a plan"]),
         ("dead", &scaled("load_", 0.0), &["expected loads that change, got 0 throughout"]),
-        ("flat", &scaled("true_tension_", 0.0), &["expected tensions that change", "leave the columns out"]),
+        ("flat", &scaled("true_tension_", 0.0), &["expected tensions that change", "remove the columns"]),
         ("idle", &scaled("tick_goal_", 0.0), &["tick_goal_1: expected goals that change"]),
         ("no-loads", &without("load_"), &["circle.parquet: recording: expected a channel load_1"]),
         ("no-ticks", &without("tick_"), &["expected a channel tick_present_1"]),

@@ -104,9 +104,9 @@ fn files_of_nad_are_read_and_bad_ones_say_what_is_wrong() {
     // Currents in amperes and in microamperes; without PWM the motion decides. An arm that hardly moves needs
     // next to none.
     for (factor, zero, found, believed) in [
-        (1e-3, "", "got 1.4", "A at full PWM; 0.01 to 1000 A is believed"),
-        (1e3, "", "got 1.4", "A at full PWM; 0.01 to 1000 A is believed"),
-        (1e-3, "pwm", "got 7", "in the median of motors that move; 0.00025 A or more is believed"),
+        (1e-3, "", "got 1.4", "A at full PWM; 0.01 to 1000 A is plausible"),
+        (1e3, "", "got 1.4", "A at full PWM; 0.01 to 1000 A is plausible"),
+        (1e-3, "pwm", "got 7", "in the median of motors that move; 0.00025 A or more is plausible"),
     ] {
         let bad = import(Change { scaled: (&["current"], factor), zero, ..GOOD });
         let text = bad.error(2);

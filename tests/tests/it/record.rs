@@ -135,7 +135,7 @@ fn a_disk_that_is_full_ends_the_run_safely_and_what_was_written_opens() {
     let outcome =
         Outcome { code: status.code(), stdout: String::new(), stderr: String::from_utf8(stderr).unwrap() };
     let error = outcome.error(1);
-    assert!(error.contains("writing the recording") && error.contains("make room"), "{error}");
+    assert!(error.contains("writing the recording") && error.contains("free space"), "{error}");
     assert!(!rig.torques().last().unwrap().1);
     // The recording may have had no room next to its journal, which then stays.
     let out = if rig.file("out.journal").exists() {

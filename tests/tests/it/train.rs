@@ -133,5 +133,5 @@ fn a_path_beyond_the_training_stands_in_the_report_of_its_tracking() {
     assert!(part > 0.5, "{part}");
     let shown = format!("{:.1} % of the samples", 100.0 * part);
     let html = read("report.html");
-    assert!(html.contains(&shown) && html.contains("had not seen in training"), "{shown}");
+    assert!(html.contains(&shown) && html.contains("left its training range"), "{shown}");
 }

@@ -81,7 +81,7 @@ fn a_data_set_goes_on_where_it_was_and_is_the_same_on_any_number_of_threads() {
     };
     let made = generate("one", &["--threads", "1"]).succeeded();
     assert!(
-        made.stdout.contains("2 trajectories") && made.stdout.contains("stand-in for NAD"),
+        made.stdout.contains("2 trajectories") && made.stdout.contains("in place of NAD"),
         "{}",
         made.stdout
     );
@@ -110,7 +110,7 @@ fn a_data_set_goes_on_where_it_was_and_is_the_same_on_any_number_of_threads() {
     assert_eq!(recordings(&place.path().join("one")), one);
     assert_eq!(std::fs::metadata(&kept).unwrap().modified().unwrap(), before);
     let report = std::fs::read_to_string(place.path().join("one/report.html")).unwrap();
-    assert!(report.contains("Virtual arm, stand-in for NAD") && report.contains("pick_place_object_300g"));
+    assert!(report.contains("Virtual arm in place of NAD") && report.contains("pick_place_object_300g"));
 }
 
 #[test]
@@ -154,7 +154,7 @@ fn forces_are_estimated_as_in_table_six() {
     let before = std::fs::metadata(&cell).unwrap().modified().unwrap();
     run(place.path(), &["study", "force", "--seeds", "1", "--out", "out"]).succeeded();
     assert_eq!(std::fs::metadata(&cell).unwrap().modified().unwrap(), before);
-    for part in ["GMO-drive", "(0.58)", "stand-in for NAD", "Learned threshold"] {
+    for part in ["GMO-drive", "(0.58)", "in place of NAD", "Learned threshold"] {
         assert!(report.contains(part), "{part}");
     }
 }

@@ -48,7 +48,7 @@ pub fn fit_windowed(
     let first = first_of_one_robot(training, held_out)?;
     if first.decoder.is_some() {
         let expected = "auxiliary strokes by identification, which this design learns";
-        return Err(BadInput::new(&first.name, expected, "those that a network said")
+        return Err(BadInput::new(&first.name, expected, "those of a network")
             .hint("identify without --residual for --design paper")
             .into());
     }

@@ -155,7 +155,7 @@ fn check_tension(samples: &SteadySamples) -> Result<(), BadInput> {
     let least = samples.tension.iter().fold(f64::INFINITY, |least: f64, [tension, _]| least.min(*tension));
     if largest <= least {
         return Err(BadInput::new("tension", "tensions that change", format!("{least} N throughout"))
-            .hint("a tendon that is pulled harder and less hard tells the scale of the load; leave the columns out to identify friction alone"));
+            .hint("different tensions determine the scale of the load; remove the columns to identify friction alone"));
     }
     Ok(())
 }

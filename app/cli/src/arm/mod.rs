@@ -20,7 +20,7 @@ Examples, from the root of the repository:
 
 Exit codes: 0 done, 1 failed, 2 bad input (nothing is written under the final name).";
 
-/// Rigid-body arms: what a robot file holds, its dynamics, its motion
+/// Rigid-body arms: robot files, dynamics, identification, learning
 #[derive(Debug, clap::Args)]
 #[command(after_help = HELP)]
 pub struct Arguments {

@@ -66,7 +66,7 @@ impl<'a> Runner<'a> {
         for (k, stage) in stages.iter().enumerate() {
             let of = format!("[{}/{}] {}", k + 1, stages.len(), stage.name);
             if interrupt::is_asked() {
-                bail!("{of}: interrupted; the same command goes on from here");
+                bail!("{of}: interrupted; the same command resumes");
             }
             let stamp = Stamp::begun(stage)?;
             let earlier = Stamp::read(self.out, stage);
@@ -96,7 +96,7 @@ impl<'a> Runner<'a> {
             let status = self.status_of(step)?;
             if interrupt::is_asked() {
                 match status.code() {
-                    Some(0) | None => bail!("interrupted; the same command goes on from here"),
+                    Some(0) | None => bail!("interrupted; the same command resumes"),
                     Some(_) => return Err(CommandFailed::Interrupted.into()),
                 }
             }
@@ -105,7 +105,7 @@ impl<'a> Runner<'a> {
             }
             match &step.on_refusal {
                 OnRefusal::NoteWith(strokes) if status.code().is_some() && strokes.exists() => {
-                    tracing::warn!("the rig did not carry these strokes out; the report says so");
+                    tracing::warn!("the rig stopped before the end of these strokes; the report lists it");
                 }
                 _ => {
                     let failed = status.code().map_or(CommandFailed::Killed, CommandFailed::Ended);
@@ -197,7 +197,7 @@ fn ask_to_stop(child: &mut Child) -> anyhow::Result<()> {
 fn why(status: &StageStatus) -> String {
     match status {
         StageStatus::Done | StageStatus::New => String::new(),
-        StageStatus::Begun => " (goes on)".to_owned(),
+        StageStatus::Begun => " (resumed)".to_owned(),
         StageStatus::Damaged(files) => format!(" (again: {} is gone or was changed)", files.join(", ")),
         StageStatus::Outdated(what) => format!(" (again: {what} changed)"),
     }

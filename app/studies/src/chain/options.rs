@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// Carry out a study: record, calibrate, identify, learn, track, evaluate; ends in one report
+/// Run a study: record, calibrate, identify, learn, track, evaluate; ends in one report
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// Study file, .toml

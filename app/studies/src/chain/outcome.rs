@@ -196,7 +196,7 @@ fn judged(predicted: &[PredictedPath], tracked: &[Tracked]) -> Verdict {
             .because(
                 Criterion::Missing,
                 left,
-                format!("{:.0} % of the targets were not carried out by {}", 100.0 * left, method.name()),
+                format!("{:.0} % of the targets were not completed by {}", 100.0 * left, method.name()),
             )
             .because(
                 Criterion::OutsideTraining,
@@ -207,7 +207,7 @@ fn judged(predicted: &[PredictedPath], tracked: &[Tracked]) -> Verdict {
     }
     judged
         .because_of(Criterion::ErrorOverBaseline, network, |ratio| {
-            format!("with its network the twin errs by {:.0} % of what it errs by without", 100.0 * ratio)
+            format!("with its network the twin has {:.0} % of the error without", 100.0 * ratio)
         })
         .verdict()
 }

@@ -332,10 +332,10 @@ pub fn repeat(number: usize) -> String {
 
 fn about(target: &Target, method: Method) -> String {
     let how = match method {
-        Method::Nominal => "through the twin without what is fitted to a robot",
+        Method::Nominal => "through the twin without parameters fitted to a robot",
         Method::Scene => "through the twin of the scene",
         Method::Twin => "through the calibrated twin",
         Method::Network => "by the inverse network",
     };
-    format!("{}: strokes {how}, carried out and measured", target.argument.typed)
+    format!("{}: strokes {how}, run and measured", target.argument.typed)
 }

@@ -203,7 +203,7 @@ fn set_aside(path: &Path) -> anyhow::Result<()> {
     };
     let free = (1..).map(named).find(|path| !path.exists()).unwrap_or_else(|| named(0));
     std::fs::rename(path, &free)?;
-    tracing::warn!("what was measured before is now in {}", free.display());
+    tracing::warn!("earlier measurements are now in {}", free.display());
     Ok(())
 }
 

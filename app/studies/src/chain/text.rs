@@ -39,7 +39,7 @@ fn explained(method: Method) -> &'static str {
     match method {
         Method::Nominal => "nominal: the twin without zeros, compliance and friction of its tendons",
         Method::Scene => {
-            "scene: the twin with what its scene says of these, fitted to recordings as a rule; no network"
+            "scene: the twin with these parameters as in its scene, usually fitted to recordings; no network"
         }
         Method::Twin => "twin: the calibrated twin with its network",
         Method::Network => "network: the inverse network",
@@ -77,11 +77,11 @@ pub fn outcome(page: &mut Page, track: &Track, tracked: &[Tracked]) {
         .collect();
     page.heading("Results");
     if common.is_empty() {
-        page.paragraph("No path was carried out by all methods; the table below says which were.");
+        page.paragraph("No path was completed by all methods; the table below lists those that were.");
         return;
     }
     page.paragraph(&format!(
-        "Distance of the tip from the path, over {} that the rig carried out by every method: the smaller RMSE, \
+        "Distance of the tip from the path, over {} that the rig completed with every method: the smaller RMSE, \
          NRMSE and lag, and the nearer IoU to 1, the better.",
         if common.len() == 1 { "the one path".to_owned() } else { format!("the {} paths", common.len()) },
     ));
@@ -101,7 +101,7 @@ pub fn tracking_table(page: &mut Page, track: &Track, tracked: &[Tracked]) {
         if it.is_carried_out() {
             cells.extend(numbers(std::iter::once(it)));
         } else {
-            cells.extend(["not carried out", "", "", "", ""].map(str::to_owned));
+            cells.extend(["not completed", "", "", "", ""].map(str::to_owned));
         }
         cells.extend([percent(it.held_back), percent(it.extrapolating)]);
         cells
@@ -118,7 +118,7 @@ pub fn glossary(page: &mut Page) {
     let rows = [
         ("RMSE", "root mean square distance from points of the path to the tip's nearest, mean of x and y"),
         ("NRMSE", "the same over the width of the path"),
-        ("IoU", "overlap of what the path and the tip enclose, over what they cover together: 1 is the same"),
+        ("IoU", "area that path and tip both enclose, over the area that either encloses: 1 is perfect"),
         (
             "At equal times",
             "root mean square distance of the tip from the target at the same time; contains the lag",
@@ -126,7 +126,7 @@ pub fn glossary(page: &mut Page) {
         ("Lag", "delay of the tip behind the target"),
         ("Limited", "samples in which a limit reduced a stroke or its rate"),
         ("Outside training", "samples in which the input of a network was outside its training range"),
-        ("Not carried out", "the rig stopped, or would not begin: its load or strokes passed a limit"),
+        ("Not completed", "the rig stopped or did not start: its load or strokes passed a limit"),
     ];
     page.list(rows.map(|(name, text)| (name, text.to_owned())));
 }
@@ -138,9 +138,8 @@ pub fn stages(stages: &[Stage]) -> Vec<Vec<String>> {
     let mut rows: Vec<Vec<String>> = stages.iter().filter(|stage| !is_tracking(stage)).map(row).collect();
     let n = stages.iter().filter(is_tracking).count();
     if n > 0 {
-        let about = format!(
-            "strokes for a path are found, carried out and measured: {n} times, every path by every method"
-        );
+        let about =
+            format!("strokes for a path are found, run and measured: {n} times, every path by every method");
         rows.push(vec!["track".to_owned(), about]);
     }
     rows

@@ -29,7 +29,7 @@ pub fn run<T, O>(
     let found = compute(&cells, &mut |p: &StudyProgress<'_>| bar.show(p))?;
     bar.clear();
     let found = found.filter(|_| !context.is_cancelled()).ok_or_else(|| {
-        let kept = format!("; what is done stands in {}: the same command goes on", cells.display());
+        let kept = format!("; finished cells are in {}: the same command resumes", cells.display());
         anyhow::Error::new(Cancelled::new(kept))
     })?;
     let outcome = report(found)?;

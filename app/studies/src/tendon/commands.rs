@@ -140,7 +140,7 @@ impl<'a> Chain<'a> {
     /// It fails, or the study is to stop.
     pub fn command(&self, arguments: &[&str]) -> Result<()> {
         if self.context.is_cancelled() {
-            return Err(Cancelled::new("; the same command goes on from here").into());
+            return Err(Cancelled::new("; the same command resumes").into());
         }
         let command = shown(arguments.iter().map(|word| (*word).to_owned()));
         tracing::info!("{command}");

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use hysteron_base::BadInput;
 
-/// Where a study writes, and how much it does.
+/// Output folder and size of a study.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
-    /// Folder to write to; studies of the virtual robot typical share what they record in the folder typical next to it
+    /// Folder to write to; studies of the virtual robot typical share their recordings in the folder typical next to it
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Less effort: figures that show that it works
+    /// A small, fast version, to check that it runs
     #[arg(long)]
     pub quick: bool,
     /// Root of a checkout of the project, whose meshes and reference curves are read
@@ -66,6 +66,5 @@ impl DataOptions {
 /// The error where recordings are missing.
 pub(super) fn missing(path: &Path) -> BadInput {
     let found = format!("no {}", path.display());
-    BadInput::new("--data", "the folder of the recordings", found)
-        .hint("bench/README.md says where they come from")
+    BadInput::new("--data", "the folder of the recordings", found).hint("bench/README.md names their sources")
 }

@@ -24,7 +24,7 @@ pub struct Options {
         arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "-", conflicts_with_all = ["out", "map"])
     )]
     pub propose: Option<PathBuf>,
-    /// Column whose values tell episodes apart: a recording for each
+    /// Column with the number of the episode: a recording for each
     #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub episodes: Option<String>,
     /// Rate to resample to [default: the file's own]
@@ -33,10 +33,10 @@ pub struct Options {
     /// Only rows in which a column has this value
     #[cfg_attr(feature = "clap", arg(long = "where", value_name = "COLUMN=VALUE"))]
     pub filter: Option<String>,
-    /// Leave out rows that cannot be read, up to a tenth of all, and mark the gap
+    /// Skip rows that cannot be read, up to a tenth of all, and mark the gap
     #[cfg_attr(feature = "clap", arg(long))]
     pub leave_out_bad_rows: bool,
-    /// Take numbers that look as if they had another unit
+    /// Accept numbers that look as if they had another unit
     #[cfg_attr(feature = "clap", arg(long))]
     pub accept_units: bool,
     /// Arm whose joints these are: a file of URDF or MJCF, or a built-in name

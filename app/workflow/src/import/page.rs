@@ -36,7 +36,7 @@ pub(super) fn write(
             one.left_out.to_string(),
         ]
     };
-    let headings = ["Recording", "Episode", "Samples", "Rate", "Duration [s]", "Gaps", "Rows left out"];
+    let headings = ["Recording", "Episode", "Samples", "Rate", "Duration [s]", "Gaps", "Rows skipped"];
     page.table(&headings, outcome.recordings.iter().map(row));
     page.heading("Channels");
     for one in outcome.recordings.iter().take(MAX_SHOWN) {

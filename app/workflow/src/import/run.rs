@@ -121,11 +121,11 @@ fn print(outcome: &Imported, imported: &[Assembled], (has_drive, out): (bool, &P
     let print = |line: String| context.print(&line);
     let Some(first) = imported.first() else { return };
     if let Some(flaw) = imported.iter().find_map(|one| one.first_left_out.as_ref()) {
-        print(format!("{} rows left out, the first: {flaw}", outcome.left_out));
+        print(format!("{} rows skipped, the first: {flaw}", outcome.left_out));
     }
     let has_currents = |one: &Assembled| !one.recording.meta().extra.contains_key(CURRENTS_BY);
     if has_drive && imported.iter().any(has_currents) {
-        print("the file has currents: they stay as they are, --drive changes nothing".to_owned());
+        print("the file has currents: they are kept, --drive has no effect".to_owned());
     }
     let whose = if outcome.joints > 0 { format!("{} joints", outcome.joints) } else { "channels".to_owned() };
     let channels = first.recording.channels();

@@ -140,7 +140,7 @@ impl Estimator {
         match &self.estimate {
             LockingEstimate::TenNode => {}
             LockingEstimate::NotEstimated { nodes } => tracing::warn!(
-                "linear tetrahedra, {nodes} nodes: what they lose in bending is not estimated for so many; compare a \
+                "linear tetrahedra, {nodes} nodes: their bending error is not estimated for so many; compare a \
                  coarser mesh with its ten-node tetrahedra ({TO_TEN_NODES})",
             ),
             LockingEstimate::Estimated(list) => {

@@ -13,7 +13,7 @@ pub enum DesignName {
     Paper,
 }
 
-/// The paper's design, as published or with less to learn from.
+/// The paper's design, as published or with less data.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct PaperDesign {
@@ -26,7 +26,7 @@ pub struct PaperDesign {
 }
 
 impl PaperDesign {
-    /// The published options, with what was asked for instead.
+    /// The published options, with those that were given instead.
     pub fn options(
         &self,
         published: WindowOptions,

@@ -40,7 +40,7 @@ pub fn within(named: &str, limits: &[StrokeLimits], by: &str) -> anyhow::Result<
         let expected = format!("recordings that pull every tendon, for plan {}", plan.name);
         let bad =
             BadInput::new(by, expected, format!("strokes that allow {:.2} % of its size", 100.0 * scale));
-        return Err(bad.hint("name a plan with --plan, which is carried out as it is").into());
+        return Err(bad.hint("name a plan with --plan, which is run without changes").into());
     }
     // Digits that a person reads; never above.
     let scale = (1e4 * scale).floor() / 1e4;

@@ -51,11 +51,11 @@ pub fn write(model: &Model, path: &Path, part: Part, context: &Context) -> anyho
     };
     file::write_bytes(path, head + &text)?;
     if ending == "urdf" && model.joints().iter().any(|joint| joint.drive.armature != 0.0) {
-        tracing::warn!("URDF has no armature: it is left out (a file .xml has it)");
+        tracing::warn!("URDF has no armature: it is omitted (a file .xml has it)");
     }
     let joints = model.joints();
     if ending == "urdf" && joints.iter().any(|joint| joint.drive.stiffness != 0.0) {
-        tracing::warn!("URDF has no springs: they are left out (a file .xml has them)");
+        tracing::warn!("URDF has no springs: they are omitted (a file .xml has them)");
     }
     let is_lost = |joint: &Joint| match (ending, joint.compensation()) {
         ("urdf", part) => part != Some(0.0),
@@ -64,7 +64,7 @@ pub fn write(model: &Model, path: &Path, part: Part, context: &Context) -> anyho
     };
     if let Some(joint) = joints.iter().find(|joint| is_lost(joint)) {
         tracing::warn!(
-            "the gravity compensation of the body on {} is left out: it is none of a whole body, or URDF",
+            "the gravity compensation of the body on {} is omitted: it is not that of a whole body, or URDF",
             joint.name
         );
     }

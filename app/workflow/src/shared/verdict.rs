@@ -123,7 +123,7 @@ pub fn compared(
 /// Adds how often a result was repeated with another seed, robot or recording: `what`, counted.
 pub fn repeated(judgement: Judgement, repeats: usize, what: &str) -> Judgement {
     let statement = match repeats {
-        1 => format!("a single {what} says nothing of the scatter"),
+        1 => format!("a single {what} does not show the scatter"),
         n => format!("number of repeats, each another {what}: {n}"),
     };
     judgement.because(Criterion::SingleRepeat, 1.0 / repeats.max(1) as f64, statement)

@@ -87,7 +87,7 @@ impl Model {
                     "a range, which URDF needs",
                     "none",
                 )
-                .hint("MJCF can say it: --out robot.xml"));
+                .hint("MJCF has it: --out robot.xml"));
             }
         };
         let origin = inverse(&parent.pose).times(&joint.placement).times(&body.pose);

@@ -263,7 +263,7 @@ impl Element {
     pub fn text(&self, name: &str) -> Check<&str> {
         match self.attribute(name) {
             Some(text) if !text.trim().is_empty() => Ok(text),
-            Some(_) => Err(self.error(&format!("an attribute {name} that says something"), "an empty one")),
+            Some(_) => Err(self.error(&format!("an attribute {name} with a value"), "an empty one")),
             None => Err(self.error(&format!("an attribute {name}"), "none")),
         }
     }

@@ -156,7 +156,7 @@ fn mjcf_that_is_not_understood_is_refused() {
         ("fullinertia=\"0.006 0.006 0 0 0 0\"", "", "inertial", "diaginertia or fullinertia"),
         ("angle=\"degree\"", "angle=\"turn\"", "compiler", "angle degree or radian"),
         ("<geom type=\"plane\"/>", "<body><freejoint/></body>", "freejoint", "a base that does not move"),
-        ("<worldbody>", "<include file=\"a.xml\"/><worldbody>", "include", "a robot that stands in one text"),
+        ("<worldbody>", "<include file=\"a.xml\"/><worldbody>", "include", "a robot in one text"),
         ("</worldbody>", "</worldbody><equality><weld/></equality>", "weld", "no <weld>"),
         ("joint_3", "joint_2", "joint[joint_2]", "names of joints that differ"),
         (

@@ -79,7 +79,9 @@ fn duties(
 ) -> Check<Vec<Vec<f64>>> {
     let (gain, goal) = (position_gain(recording.meta())?, recorded.require(JointQuantityKind::Goal));
     let (Some(gain), Ok(goal)) = (gain, goal) else {
-        return Err(missing.hint("currents come from duties, or from goal_1_rad and the log's position gain"));
+        return Err(
+            missing.hint("currents are computed from duties, or from goal_1_rad and the log's position gain")
+        );
     };
     let position = recorded.require(JointQuantityKind::Position)?;
     let per_radian = drive.drive.position_loop.duty_per_radian(gain);

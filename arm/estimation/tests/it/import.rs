@@ -166,11 +166,11 @@ fn numbers_in_another_unit_are_suspected() {
     let other = |from: &str, to: &str| COLUMNS.replace(from, to);
     let fast: String = (0..50).map(|k| format!("{},{},0,10,20,-1000\n", 10 * k, 3 * k)).collect();
     for (columns, channel, limit) in [
-        (other("q_*_deg", "q_*_rad"), ": q_1_rad, rows 10: ", "at most 25 rad or m is believed"),
+        (other("q_*_deg", "q_*_rad"), ": q_1_rad, rows 10: ", "at most 25 rad or m is plausible"),
         (
             other("current_*_ma", "current_*_a").replace("times = 2.0", "times = 200.0"),
             ": current_1_a, rows ",
-            "at most 200 A is believed",
+            "at most 200 A is plausible",
         ),
     ] {
         let error = import_text(&format!("{HEADER}{fast}"), &columns, |_| ()).unwrap_err();
@@ -192,7 +192,10 @@ fn numbers_in_another_unit_are_suspected() {
     let columns =
         "format = \"hysteron-columns\"\nversion = 1\n[columns]\ntime_ms = 1\nq_1_rad = 2\ndq_1_rad_s = 3\n";
     let error = import_text(&speeds, columns, |_| ()).unwrap_err();
-    assert!(error.contains(": dq_1_rad_s: ") && error.contains("times as fast as the speeds say"), "{error}");
+    assert!(
+        error.contains(": dq_1_rad_s: ") && error.contains("times as fast as the recorded speeds"),
+        "{error}"
+    );
     import_text(
         &speeds,
         &columns.replace("dq_1_rad_s = 3", "dq_1_deg_s = { columns = 3, times = 10 }"),

@@ -54,7 +54,7 @@ pub(crate) fn check_rate([q, dq]: [&[f64]; 2], n_joints: usize, rate: f64) -> Re
     let is_off = (found / rate - 1.0).abs() >= WORST_RATE || !found.is_finite();
     if squares > 0.0 && is_off {
         return Err(BadInput::new("rate", format!("{rate:.0} Hz"), format!("{found:.1} Hz"))
-            .hint("positions over velocities tell the rate: are the units rad and rad/s?"));
+            .hint("positions and velocities determine the rate: are the units rad and rad/s?"));
     }
     Ok(())
 }

@@ -158,7 +158,7 @@ pub(super) fn usual_gain(trajectories: &[Trajectory]) -> Result<Option<f64>, Bad
     let gains: Vec<f64> = trajectories.iter().filter_map(|one| one.position_gain).collect();
     if !gains.is_empty() && gains.len() < trajectories.len() {
         let found = format!("{} of {} do", gains.len(), trajectories.len());
-        return Err(BadInput::new("recordings", "all or none to say their position_gain", found));
+        return Err(BadInput::new("recordings", "position_gain in all recordings or in none", found));
     }
     Ok((!gains.is_empty()).then(|| gains.iter().sum::<f64>() / gains.len() as f64))
 }
@@ -274,7 +274,7 @@ fn check_times(recording: &Recording, period: f64) -> Result<(), BadInput> {
     if (median / period - 1.0).abs() > MAX_PERIOD_OFF {
         let expected = format!("steps of {period} s, within {:.0} %", 100.0 * MAX_PERIOD_OFF);
         return Err(BadInput::new("time_s", expected, format!("{median:.5} s in the median"))
-            .hint("--period-s says the step of the simulation"));
+            .hint("--period-s sets the step of the simulation"));
     }
     let uneven = |expected: String, found: f64| {
         BadInput::new("time_s", expected, format!("{:.1} %", 100.0 * found))

@@ -64,7 +64,7 @@ impl<'m> LiveEstimator<'m> {
         let features = actuator.features;
         let sensing = actuator.sensing.as_ref().ok_or_else(|| {
             BadInput::new("actuator", "one that was trained with --sensing observer", "--sensing loop").hint(
-                "the network in the loop says force and condition in a simulation: hysteron arm evaluate",
+                "the network in the loop estimates force and condition only in a simulation: hysteron arm evaluate",
             )
         })?;
         let zeros = |n: usize| vec![0.0; n];

@@ -122,7 +122,7 @@ pub fn identified_observers(
     if free.is_empty() {
         let expected = "one or more without contact, with healthy motors";
         return Err(BadInput::new("training recordings", expected, "none")
-            .hint("--free says which recordings move freely"));
+            .hint("--free names the recordings without contact"));
     }
     let free = free.into_iter().map(|one| telemetry(features, period, one));
     BaselineObservers::identify(model, &free.collect::<Result<Vec<_>, _>>()?)

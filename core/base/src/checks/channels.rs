@@ -161,7 +161,7 @@ fn held(channels: &[&MeasuredChannel], series: &MeasuredSeries) -> Vec<Warning> 
     let step = quantile(&mut steps, 0.5);
     let warning = |(names, rows): (Vec<&str>, f64)| {
         let finding = format!(
-            "measured every {rows:.0} rows, at {:.1} Hz of {:.1}; in between the last value stands",
+            "measured every {rows:.0} rows, at {:.1} Hz of {:.1}; in between the last value is repeated",
             1.0 / (rows * step),
             1.0 / step
         );

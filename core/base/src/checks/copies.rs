@@ -78,8 +78,10 @@ fn warning(
     let part = 100.0 * what.matches as f64 / kept as f64;
     let [first, last] = [what.rows[0], what.rows[1] + STRETCH - 1];
     let (kind, finding, hint) = if other == k {
-        let finding =
-            format!("{part:.0} % of the motion stands twice to the last bit, from row {} on", what.from + 1);
+        let finding = format!(
+            "{part:.0} % of the motion occurs twice, identical to the last bit, from row {} on",
+            what.from + 1
+        );
         (Finding::CopyWithin, finding, "a measurement never repeats so: leave one of the two out")
     } else {
         let name = recordings[other].0;
@@ -87,11 +89,7 @@ fn warning(
             "{part:.0} % of the motion is that of {name} to the last bit, from its row {} on",
             what.from + 1
         );
-        (
-            Finding::CopyOfRecording,
-            finding,
-            "what is tested must not have been trained on: leave one of the two out",
-        )
+        (Finding::CopyOfRecording, finding, "test data must not be training data: remove one of the two")
     };
     Warning::new(kind, "all measured", finding)
         .measured(part, 0.0, "%")

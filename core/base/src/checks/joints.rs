@@ -67,7 +67,7 @@ pub fn check(recording: &Recording, ranges: &[Option<[f64; 2]>]) -> Vec<Warning>
             let Some((name, values)) = channels.get(stem, k) else { continue };
             let Some(row) = values.iter().position(|value| value.abs() > most) else { continue };
             let finding =
-                format!("{:.4} in row {}; at most {most:.0} {unit} is believed", values[row], row + 1);
+                format!("{:.4} in row {}; at most {most:.0} {unit} is plausible", values[row], row + 1);
             found.push(suspect(name, finding, hint).measured(values[row], most, unit).at_rows(row, row));
         }
         found.extend(temperature(channels.get("temperature", k)));
@@ -81,7 +81,7 @@ pub fn check(recording: &Recording, ranges: &[Option<[f64; 2]>]) -> Vec<Warning>
 
 fn suspect(name: &str, finding: String, unit: &str) -> Warning {
     Warning::new(Finding::Unit, name, finding).hint(format!(
-        "is the unit {unit}? say so in the name of the column; --accept-units takes the numbers as they are"
+        "is the unit {unit}? write it in the name of the column; --accept-units accepts the numbers"
     ))
 }
 
@@ -90,7 +90,7 @@ fn temperature(joint: JointQuantity) -> Option<Warning> {
     let [least, most] = TEMPERATURES;
     let row = values.iter().position(|value| !(least..=most).contains(value))?;
     let value = values[row];
-    let finding = format!("{value:.1} in row {}; {least:.0} to {most:.0} deg C is believed", row + 1);
+    let finding = format!("{value:.1} in row {}; {least:.0} to {most:.0} deg C is plausible", row + 1);
     let limit = if value < least { least } else { most };
     let warning = Warning::new(Finding::Unit, name, finding)
         .measured(value, limit, "deg C")
@@ -122,7 +122,7 @@ fn speeds(recording: &Recording, position: JointQuantity, speed: JointQuantity) 
         return None;
     }
     let finding = format!(
-        "the coordinate changes {slope:.3} times as fast as the speeds say; {} to {SPEED_FACTOR} times is believed",
+        "the coordinate changes {slope:.3} times as fast as the recorded speeds; {} to {SPEED_FACTOR} times is plausible",
         1.0 / SPEED_FACTOR
     );
     let limit = if slope > SPEED_FACTOR { SPEED_FACTOR } else { 1.0 / SPEED_FACTOR };
@@ -156,7 +156,7 @@ fn currents(channels: &JointChannels) -> Option<Warning> {
         let ([least, most], at_full) = (CURRENTS_AT_FULL_PWM, current / pwm);
         if !(least..=most).contains(&at_full) {
             let (unit, limit) = if at_full < least { ("a", least) } else { ("ma", most) };
-            let finding = format!("{at_full:.2e} A at full PWM; {least} to {most} A is believed");
+            let finding = format!("{at_full:.2e} A at full PWM; {least} to {most} A is plausible");
             return warning(finding, at_full, limit, unit);
         }
     }
@@ -172,7 +172,8 @@ fn currents(channels: &JointChannels) -> Option<Warning> {
     if median >= SMALLEST_CURRENT {
         return None;
     }
-    let finding =
-        format!("{median:.2e} A in the median of motors that move; {SMALLEST_CURRENT} A or more is believed");
+    let finding = format!(
+        "{median:.2e} A in the median of motors that move; {SMALLEST_CURRENT} A or more is plausible"
+    );
     warning(finding, median, SMALLEST_CURRENT, "a")
 }

@@ -50,7 +50,7 @@ pub fn check(series: &MeasuredSeries, context: &CheckContext) -> Vec<Warning> {
 
 fn sizes(stroke: f64, tip: f64) -> Vec<Warning> {
     let warning = |channel: &str, size: f64, limit: f64| {
-        let finding = format!("ranges over {size:.2} m; at most {limit} m is believed");
+        let finding = format!("ranges over {size:.2} m; at most {limit} m is plausible");
         Warning::new(Finding::Unit, channel, finding)
             .measured(size, limit, "m")
             .hint("are these millimetres? end the names in _mm")
@@ -86,7 +86,7 @@ fn ratio(stroke: f64, tip: f64) -> Option<Warning> {
         false => (most, "is the tip in millimetres, or are strokes in metres? end the names in _mm or _m"),
     };
     let finding = format!(
-        "the tip ranges over {:.3} mm for strokes of {:.3} mm: {found:.2e} times as much; {least} to {most} is believed",
+        "the tip ranges over {:.3} mm for strokes of {:.3} mm: {found:.2e} times as much; {least} to {most} is plausible",
         1e3 * tip,
         1e3 * stroke
     );

@@ -43,7 +43,7 @@ pub fn check(recording: &Recording) -> Vec<Warning> {
 
 fn unit(median: f64) -> Option<Warning> {
     let warning = |limit: f64, which: &str, hint: &str| {
-        let finding = format!("rows are {median:.3e} s apart; {which} {limit} s is believed");
+        let finding = format!("rows are {median:.3e} s apart; {which} {limit} s is plausible");
         Warning::new(Finding::TimeUnit, "time_s", finding).measured(median, limit, "s").hint(hint)
     };
     if median > LONGEST_STEP_S {
@@ -95,7 +95,7 @@ fn repeated(steps: &[f64], median: f64) -> Option<Warning> {
     let count = steps.iter().filter(|step| **step < REPEATED * median).count();
     let first = steps.iter().position(|step| *step < REPEATED * median)?;
     let finding = format!(
-        "{count} rows come less than {:.0} % of a step after the row before; the first {:.2e} s",
+        "{count} rows are less than {:.0} % of a step after the row before; the first {:.2e} s",
         100.0 * REPEATED,
         steps[first]
     );
@@ -122,5 +122,5 @@ fn filled(gap: &[bool]) -> Option<Warning> {
         100.0 * MISSING
     );
     let warning = Warning::new(Finding::Gap, "gap", finding).measured(100.0 * part, 100.0 * MISSING, "%");
-    Some(warning.at_rows(first, last).hint("they are left out of fits and scores; why was the tip lost?"))
+    Some(warning.at_rows(first, last).hint("they are excluded from fits and scores; why was the tip lost?"))
 }

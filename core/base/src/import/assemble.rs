@@ -90,7 +90,7 @@ fn sources<'a>(
             let found = name.indices(table);
             if found.is_empty() {
                 return Err(BadInput::new(place, name.to_string(), table.names())
-                    .hint("columns count from 1; * stands for the number of the joint"));
+                    .hint("columns count from 1; * is the number of the joint"));
             }
             indices.extend(found);
         }

@@ -444,7 +444,7 @@ impl ColumnMap {
             }
         }
         Err(BadInput::new("", "a file, or a folder of a known data set", "another folder")
-            .hint("import one file at a time, or say with --map which lists it holds"))
+            .hint("import one file at a time, or name its lists with --map"))
     }
 
     /// The lists of a folder as a table with the columns `name[1]`, `name[2]`, ….

@@ -111,7 +111,7 @@ fn parse(text: &str) -> Check<Recording> {
 fn columns(header: &::csv::StringRecord) -> Check<(Vec<ColumnKind>, Vec<Channel>)> {
     if let Some(name) = header.get(0).filter(|name| header.len() == 1 && name.contains([';', '\t'])) {
         return Err(BadInput::new("header", "columns separated by commas", format!("`{name}`"))
-            .hint("`hysteron import FILE --propose` says how to read such a table"));
+            .hint("`hysteron import FILE --propose` writes a map for such a table"));
     }
     let names: Vec<&str> = header.iter().collect();
     names::columns(&names).map_err(|bad| if bad.place.is_empty() { bad.within("header") } else { bad })

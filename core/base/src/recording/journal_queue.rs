@@ -139,8 +139,7 @@ fn hand_over(shared: &QueueShared, frame: &[u8]) -> io::Result<()> {
     let mut state = shared.state();
     let error = state.error.take();
     if state.waiting.len() + frame.len() > MAX_WAITING {
-        let full =
-            || io::Error::new(io::ErrorKind::TimedOut, "the disk does not keep up with what is measured");
+        let full = || io::Error::new(io::ErrorKind::TimedOut, "the disk is too slow for the recording");
         return Err(error.unwrap_or_else(full));
     }
     state.waiting.extend_from_slice(frame);

@@ -304,7 +304,7 @@ fn finite(name: &str, values: &[f64]) -> Check<()> {
 
 fn not_finite(place: &str, found: &str) -> BadInput {
     BadInput::new(place, "a finite number", found)
-        .hint("fill in what was missing and set gap to 1 in that row")
+        .hint("fill in the missing values and set gap to 1 in that row")
 }
 
 fn not_later(place: &str, before: f64, time: f64) -> BadInput {

@@ -78,7 +78,7 @@ fn sizes(file: &mut (impl Read + Seek)) -> Result<[u64; 2]> {
     }
     match sizes {
         [Some(uncompressed), Some(compressed)] => Ok([uncompressed, compressed]),
-        _ => Err(bad("a page that does not say how long it is")),
+        _ => Err(bad("a page without its length")),
     }
 }
 

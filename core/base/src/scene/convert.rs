@@ -240,7 +240,7 @@ fn friction(typed: &schema::TendonFrictionTable, tendons: &[Tendon]) -> Check<Fr
     if friction.sheath_exponent > 0.0 || friction.sheath_coulomb > 0.0 {
         if share == 0.0 {
             return Err(BadInput::new("friction.sheath_compliance_share", "more than 0", "0.0")
-                .hint("friction after a tendon that does not stretch leaves the body as it is"));
+                .hint("friction of the sheath has no effect on a tendon that does not stretch"));
         }
         if let Some(stiff) = tendons.iter().find(|tendon| tendon.compliance == 0.0) {
             let place = format!("tendon.{}.compliance_mm_per_n", stiff.name);

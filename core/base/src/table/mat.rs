@@ -149,7 +149,7 @@ impl MatContent {
         let values = numbers(&stored, is_big_endian).ok_or_else(|| damaged("numbers of no type"))?;
         let [n, m] = [shape[0], shape[1]].map(|size| size.max(0.0) as usize);
         if n.checked_mul(m) != Some(values.len()) {
-            return Err(damaged("an array that is not as large as it says").within(name));
+            return Err(damaged("an array smaller than its header").within(name));
         }
         // A vector either way is a column.
         let (n_rows, n_columns) = if n == 1 { (m, 1) } else { (n, m) };

@@ -128,7 +128,7 @@ impl ServoBus {
         }
         if found.is_empty() && present.iter().all(|(_, presence)| *presence == Presence::Silent) {
             wrong.push(format!(
-                "nothing at all answers at {} baud (hint: is the supply on? new servos come with id 1 and 57600 baud)",
+                "no servo answers at {} baud (hint: is the supply on? new servos come with id 1 and 57600 baud)",
                 self.config.baud
             ));
         }

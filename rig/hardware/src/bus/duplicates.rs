@@ -77,7 +77,7 @@ impl ServoBus {
             .collect();
         let lost = match silent.len() {
             0 => String::new(),
-            _ => format!("; nobody answers as servo {}, so it may be that one", silent.join(", ")),
+            _ => format!("; no servo {} answers, so it may be that one", silent.join(", ")),
         };
         let hint = "hint: plug the servos in one by one, and give each an id of its own";
         let mut lines = Vec::new();

@@ -96,7 +96,7 @@ pub const TABLE: [RegisterSpec; 57] = {
             xl430::SECONDARY_ID,
             "Secondary ID",
             Stored(|_| Some(255)),
-            "the servo obeys what is written to another one",
+            "the servo obeys instructions to another one",
         ),
         row(xl430::PROTOCOL, "Protocol Type", Stored(|_| Some(2)), "the servo speaks another protocol"),
         row(xl430::HOMING_OFFSET, "Homing Offset", Stored(|_| Some(0)), "every position is shifted"),
@@ -104,7 +104,7 @@ pub const TABLE: [RegisterSpec; 57] = {
             xl430::MOVING_THRESHOLD,
             "Moving Threshold",
             Stored(|_| Some(10)),
-            "the servo says from another speed on that it moves",
+            "the servo reports motion from another speed on",
         ),
         row(
             xl430::TEMPERATURE_LIMIT,
@@ -260,11 +260,11 @@ impl RegisterSpec {
         let has = |bit: u8| value & i64::from(bit) != 0;
         match self.register {
             xl430::DRIVE_MODE if has(drive::TORQUE_ON_BY_GOAL) => {
-                Some("a goal switches its torque on, before anybody has confirmed it")
+                Some("a goal switches its torque on without confirmation")
             }
             xl430::STARTUP if has(xl430::TORQUE_ON_AT_START) => Some("its torque goes on with the supply"),
             xl430::SECONDARY_ID if value <= i64::from(xl430::SECONDARY_ID_MAX) => {
-                Some("it obeys what is written to another servo")
+                Some("it obeys instructions to another servo")
             }
             xl430::PROTOCOL if value != 2 => Some("it speaks another protocol"),
             _ => None,

@@ -413,7 +413,7 @@ fn check_start(rig: &RigConfig, strokes: &[f64]) -> Result<()> {
     match strokes.iter().zip(rig.ids()).find(|(stroke, _)| far(**stroke)) {
         None => Ok(()),
         Some((stroke, id)) => Err(Error::Bus(format!(
-            "servo {id} stands {:.1} mm from its zero, beyond its limits of {:.1} to {:.1} mm (hint: was it turned by \
+            "servo {id} is {:.1} mm from its zero, beyond its limits of {:.1} to {:.1} mm (hint: was it turned by \
              hand or exchanged? run `hysteron rig calibrate`)",
             1e3 * stroke,
             1e3 * limits.stroke_min,

@@ -26,7 +26,7 @@ pub(super) fn diagnose(bytes: &[u8], fault: &str) -> String {
     }
     if has_widened_newlines(bytes) {
         return format!(
-            "{fault}: every 0A came as 0D 0A (hint: something on the way takes the stream for lines of text; pass it on as \
+            "{fault}: every 0A came as 0D 0A (hint: a relay treats the stream as lines of text; forward it as \
              bytes)"
         );
     }
@@ -40,7 +40,7 @@ pub(super) fn diagnose(bytes: &[u8], fault: &str) -> String {
     if let [1..=3, 0, rest @ ..] = bytes
         && rest.iter().take(4).all(u8::is_ascii_uppercase)
     {
-        return format!("{fault}: its numbers stand the other way round (hint: OpenIGTLink is big-endian)");
+        return format!("{fault}: its numbers are little-endian (hint: OpenIGTLink is big-endian)");
     }
     fault.to_owned()
 }

@@ -86,7 +86,7 @@ impl Validity {
                 "a matrix of zeros (hint: the sensor is out of sight, or nothing feeds the server's transform)"
             }
             Self::Identity => {
-                "the identity, to the last bit (hint: that is what a server sends before anybody sets its transform)"
+                "the identity, to the last bit (hint: a server sends this until its transform is set)"
             }
             Self::NoRotation => {
                 "no rotation: its matrix is stretched, sheared or mirrored, or its quaternion not of length 1 (hint: does the                  server send another matrix, a scaled one, or its transpose with the translation in the last row?)"

@@ -192,7 +192,7 @@ impl PoseQueue {
         };
         let Some(time) = time else {
             self.counts.unplaced += 1;
-            let what = format!("the time stamp of {name} does not fit those before; its pose was left out");
+            let what = format!("the time stamp of {name} does not fit those before; its pose was discarded");
             if let Some(message) = self.status.note(arrival, what) {
                 self.log(arrival, EventKind::TrackerQuality, message);
             }

@@ -86,7 +86,7 @@ impl TrackerSurvey {
             ));
         }
         if self.n_poses < POSES_MIN {
-            warnings.push(format!("{} poses: too few to say more", self.n_poses));
+            warnings.push(format!("{} poses: too few for an assessment", self.n_poses));
             return warnings;
         }
         let first = &poses[0];
@@ -126,8 +126,8 @@ impl TrackerSurvey {
         }
         if self.rate_hz > 0.0 && 1e-3 * self.jitter_ms * self.rate_hz > JITTER_MAX {
             warnings.push(format!(
-                "jitter: the stamps scatter by {:.1} ms about a period of {:.1} ms (hint: does the server stamp what it passes on \
-                 instead of what it measures, or leave poses out?)",
+                "jitter: the stamps scatter by {:.1} ms about a period of {:.1} ms (hint: does the server stamp poses when it forwards \
+                 them instead of when it measures them, or skip poses?)",
                 self.jitter_ms,
                 1e3 / self.rate_hz
             ));

@@ -62,7 +62,7 @@ impl VirtualArm {
         name: &str,
         mut meta: Metadata,
     ) -> Metadata {
-        meta.source = format!("virtual arm {}, stand-in for NAD: {name}", self.name);
+        meta.source = format!("virtual arm {} in place of NAD: {name}", self.name);
         meta.scene_hash.clone_from(&self.hash);
         meta.seed = Some(seed);
         let mut note = |key: &str, value: String| meta.extra.insert(key.to_owned(), value);

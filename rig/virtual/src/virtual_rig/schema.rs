@@ -191,7 +191,7 @@ fn tendons(typed: VirtualTendonsTable) -> Check<TendonParameters> {
         transmission_length: positive("tendons.transmission_length_mm", typed.transmission_length_mm)?,
         friction: not_negative("tendons.friction_coefficient", typed.friction_coefficient)?,
         friction_force: positive("tendons.friction_force_n", typed.friction_force_n)
-            .map_err(|bad| bad.hint("a few millinewtons stand for a smooth guide"))?,
+            .map_err(|bad| bad.hint("use a few millinewtons for a smooth guide"))?,
         law: law(typed.friction_law, typed.presliding_mm)?,
         base_wrap: not_negative("tendons.base_wrap_deg", typed.base_wrap_deg)?,
         slack: each("tendons.slack_mm", typed.slack_mm)?,

@@ -145,7 +145,7 @@ fn what_drives_a_motor_unasked_is_never_accounted_for() {
     for (register, value, part) in [
         (xl430::DRIVE_MODE, i64::from(drive::TORQUE_ON_BY_GOAL), "a goal switches its torque on"),
         (xl430::STARTUP, i64::from(xl430::TORQUE_ON_AT_START), "its torque goes on with the supply"),
-        (xl430::SECONDARY_ID, 1, "it obeys what is written to another servo"),
+        (xl430::SECONDARY_ID, 1, "it obeys instructions to another servo"),
     ] {
         let stand = Stand::new();
         touch(&stand, register, value).unwrap();
@@ -190,7 +190,7 @@ fn two_servos_with_one_id_are_told_from_silence_and_from_damage() {
     touch(&stand, xl430::ID, 1).unwrap();
     let why = check(&stand);
     assert!(
-        why.contains("servo 1: two servos seem to have this id") && why.contains("nobody answers as servo 2"),
+        why.contains("servo 1: two servos seem to have this id") && why.contains("no servo 2 answers"),
         "{why}"
     );
     // One after the other.

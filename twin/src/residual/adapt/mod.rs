@@ -140,7 +140,7 @@ impl<'a> AdaptSearch<'a> {
         let blocks = blocks(rig.motions);
         if blocks.len() < 2 {
             return Err(BadInput::new("recordings", "two of them, or one of 8 s or more", "less")
-                .hint("what is learned from one must show on another")
+                .hint("a change fitted to one must improve another")
                 .into());
         }
         let n = rig.twin.n_primary;

@@ -13,7 +13,7 @@ pub struct Options {
     /// Policies of a row
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = number::count::<32>)]
     pub seeds: usize,
-    /// Actuator by hysteron arm fit neural --sensing observer that estimates the force; without one that row is left out
+    /// Actuator by hysteron arm fit neural --sensing observer that estimates the force; without one that row is skipped
     #[arg(long, value_name = "FILE")]
     pub actuator: Option<PathBuf>,
     /// One policy of a row and twelve trials

@@ -30,7 +30,7 @@ pub(super) fn write(folder: &Path, study: &ForceStudy, outcome: &Outcome) -> any
     page.paragraph(
         "Motors, friction, noise and thresholds are identified on contact-free training trajectories of the same arm; the bodies are the \
          manufacturer's. Mean over the arms ± standard deviation; values of Dou et al. (NeuralActuator, table VI), measured on a real arm, in \
-         brackets. Their GMO is GMO-linear here. \"no force\" says 0 N everywhere.",
+         brackets. Their GMO is GMO-linear here. \"no force\" is 0 N everywhere.",
     );
     let tasks = TASKS.map(|task| {
         task.replace("go_up_and_stay_still", "stay").replace("pick_place_object", "place").replace('_', " ")

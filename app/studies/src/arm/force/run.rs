@@ -35,7 +35,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
         let about = match &options.data {
             Some(folder) => format!("Recordings below {}.", folder.display()),
             None => format!(
-                "Virtual arm, stand-in for NAD: {} individual arms, whose physics share neither code nor parameters with \
+                "Virtual arm in place of NAD: {} individual arms, whose physics share neither code nor parameters with \
                  the estimators (docs/virtual-arm.md).",
                 study.cells.len()
             ),

@@ -46,7 +46,7 @@ fn franka(folder: &Path, page: &mut Page, cell: &FrankaCell) -> anyhow::Result<(
         }),
     );
     page.paragraph(&format!(
-        "Every recording's torques have an offset of their own. \"Zeroed\": the mean error of the first {TARE} s is taken off, and these are left out \
+        "The torques of every recording have their own offset. \"Zeroed\": the mean error of the first {TARE} s is subtracted, and these are excluded \
          of the score. What the published models were trained on is not stated; here nothing of the recording that is predicted is used but \
          that offset."
     ));
@@ -62,7 +62,7 @@ fn franka(folder: &Path, page: &mut Page, cell: &FrankaCell) -> anyhow::Result<(
         let chart = TimeChart::over_time(
             format!("franka-{speed}"),
             format!("Franka, joint 2, {speed}"),
-            "Torque of friction over time [s], and as predicted from the joint's path by a map that has not seen this recording.",
+            "Torque of friction over time [s], and as predicted from the joint's path by a map that was not fitted to this recording.",
             &cell.time_s[k],
             vec![panel],
         );

@@ -23,7 +23,7 @@ pub struct NetworkOptions {
     /// Units of each of the two hidden layers [default: 64; simulated: 4 with squares, else 16, 24 of a black-box Hamiltonian]
     #[arg(long, value_name = "N", value_parser = number::count::<{ hysteron_learn::MAX_HIDDEN }>)]
     pub hidden: Option<usize>,
-    /// Between the layers [default: softplus; simulated: tanh]
+    /// Activation between the layers [default: softplus; simulated: tanh]
     #[arg(long, value_enum)]
     pub activation: Option<ActivationName>,
     /// Epochs of Adam at most [default: 300; simulated: 3]
@@ -38,7 +38,7 @@ pub struct NetworkOptions {
     /// Step size of Adam at the start [default: 0.005; published: 0.0001]
     #[arg(long, value_name = "RATE", value_parser = number::learning_rate)]
     pub learning_rate: Option<f64>,
-    /// Weight of the torque that is not a rigid body's, in (10)
+    /// Weight of the torque beyond that of a rigid body, in (10)
     #[arg(long, value_name = "LAMBDA", default_value_t = 0.1)]
     pub penalty: f64,
     /// As published: SI units, the plain error, 512 samples a step at a constant rate of 1e-4
@@ -58,7 +58,7 @@ pub struct SimulatedOptions {
     /// Trajectories of the simulated arm to learn from, one table for each
     #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "200", value_parser = number::count::<2000>)]
     pub trajectories: Vec<usize>,
-    /// Networks see products of the sines and cosines of up to so many joints, with a linear path past the hidden layers; 0 for sines and
+    /// Inputs are products of the sines and cosines of up to so many joints, with a linear path past the hidden layers; 0 for sines and
     /// cosines alone [default: 0; simulated: 3]
     #[arg(long, value_name = "N", value_parser = number::up_to::<4>)]
     pub products: Option<u32>,
@@ -101,7 +101,7 @@ pub struct RecordedOptions {
     pub network: NetworkOptions,
 }
 
-/// Between the layers of a network.
+/// Activation between the layers of a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum ActivationName {
     /// max(0, x)
@@ -112,12 +112,12 @@ pub enum ActivationName {
     Softplus,
 }
 
-/// Optimiser of the last digits of a training.
+/// Second optimiser of a training.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum PolishName {
     /// For any number of parameters
     Lbfgs,
-    /// Much deeper, for some thousand parameters
+    /// Much smaller loss, for some thousand parameters
     LevenbergMarquardt,
 }
 

@@ -272,7 +272,7 @@ fn real_charts(k: usize, table: &RecordedTable, series: &TorqueSeries) -> Vec<Ti
     let mut torques = TimeChart::over_time(
         format!("torques-{k}"),
         format!("{}: torques", table.set),
-        "Along the first test trajectory, models over the wide line of what was measured. Panels have scales of their own.",
+        "Along the first test trajectory, models over the measured torques (wide line). Each panel has its own scale.",
         samples,
         (0..n).map(of_joint).collect(),
     );

@@ -135,7 +135,7 @@ fn there(data: &Path) -> Result<(SetsOfCells, Vec<String>), BadInput> {
     }
     let left_out: Vec<String> =
         missing.iter().map(|(_, folder, set)| format!("{set}: no {folder}/")).collect();
-    left_out.iter().for_each(|why| tracing::warn!("left out: {why} in {}", data.display()));
+    left_out.iter().for_each(|why| tracing::warn!("skipped: {why} in {}", data.display()));
     Ok((there.into_iter().map(|(set, _, cells)| (set, cells.into())).collect(), left_out))
 }
 

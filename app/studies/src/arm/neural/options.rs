@@ -7,7 +7,7 @@ use hysteron_workflow::shared::number;
 /// Actuators learned from telemetry, compared with published tables and simple baselines (NeuralActuator)
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
-    /// Folder of NAD (CSV), or what `hysteron arm generate` wrote [default: the virtual arm]
+    /// Folder of NAD (CSV), or of recordings by `hysteron arm generate` [default: the virtual arm]
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
     /// Folder for cells, report.html and metrics.json

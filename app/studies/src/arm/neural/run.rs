@@ -71,13 +71,13 @@ fn study(
 fn about(options: &Options, size: NeuralSize) -> String {
     let source = match &options.data {
         Some(folder) => format!("Recordings below {}.", folder.display()),
-        None => "Virtual arm, stand-in for NAD, whose physics share neither code nor parameters with what is learned and identified \
+        None => "Virtual arm in place of NAD, whose physics share neither code nor parameters with what is learned and identified \
                  (docs/virtual-arm.md). Published figures are of the real arm."
             .to_owned(),
     };
     let amount = match size {
         NeuralSize::Quick => {
-            " Quick: networks of a few minutes, which show that the study works and not what it finds."
+            " Quick: networks of a few minutes, to check that the study runs; its results mean nothing."
         }
         NeuralSize::Full => "",
     };

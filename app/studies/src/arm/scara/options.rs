@@ -10,7 +10,7 @@ pub struct Options {
     /// Folder for cells, report.html and metrics.json
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// How much is simulated: 48 s of contact and 15 min of collisions for each
+    /// Trials, each with 48 s of contact and 15 min of collisions
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = number::count::<32>)]
     pub seeds: usize,
 }

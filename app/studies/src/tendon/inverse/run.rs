@@ -36,10 +36,10 @@ pub fn run(options: &DataOptions, context: &Context) -> Result<Outcome<InverseMe
             options.require("trunk")?;
         }
         if trunk.is_none() {
-            tracing::warn!("no recordings of the trunk: it is left out");
+            tracing::warn!("no recordings of the trunk: it is skipped");
         }
         if segments.is_none() {
-            tracing::warn!("no recordings of the three-segment robot: it is left out");
+            tracing::warn!("no recordings of the three-segment robot: it is skipped");
         }
         Ok(InverseMetrics {
             trunk: trunk.map(|folder| study_trunk(&folder, quick, context)).transpose()?,

@@ -10,7 +10,7 @@ use crate::arm::RobotOptions;
 pub struct Options {
     /// Actuator by hysteron arm fit neural --prior servo
     pub actuator: PathBuf,
-    /// Recordings of the changed arm: one to three will do
+    /// Recordings of the changed arm: one to three are enough
     #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
     pub recordings: Vec<PathBuf>,
     /// Actuator to write, .safetensors

@@ -19,7 +19,7 @@ pub struct Options {
     /// Where the results go, .csv or .parquet
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
     pub out: PathBuf,
-    /// Frame whose position and Jacobian are wanted [default: the last of the robot]
+    /// Frame whose position and Jacobian are written [default: the last of the robot]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
     pub frame: Option<String>,
     /// All derivatives too

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 /// Emulate a follower and the leader that a hand moves, on two ports
 ///
-/// Needs nothing; makes two serial ports that behave like the servos of both arms, in real time, and writes the file to go
-/// with them.
+/// Needs nothing; makes two serial ports that behave like the servos of both arms, in real time, and writes the file of both
+/// arms.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
@@ -15,7 +15,7 @@ pub struct Options {
     /// Virtual arm: a file of TOML or a built-in name
     #[cfg_attr(feature = "clap", arg(long, value_name = "ARM", default_value = "open-manipulator-x"))]
     pub arm: String,
-    /// Draws the individual arm, the hand's motion and all noise
+    /// Seed of the individual arm, the hand's motion and all noise
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0))]
     pub seed: u64,
     /// Motion of the hand and the obstacles in its way: a trajectory of `hysteron arm generate`
@@ -33,7 +33,7 @@ pub struct Options {
     /// Faults of the follower to inject (.toml)
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub faults: Option<PathBuf>,
-    /// Sleep through every wait: answers come some 0.1 ms late, and the processor is free for others
+    /// Sleep instead of polling: answers come some 0.1 ms late, and the processor stays free
     #[cfg_attr(feature = "clap", arg(long))]
     pub relaxed: bool,
     /// End after that many seconds [default: at Ctrl-C]

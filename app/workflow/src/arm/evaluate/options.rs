@@ -10,8 +10,8 @@ use crate::arm::RobotOptions;
 pub struct Options {
     /// Model by hysteron arm fit
     pub model: PathBuf,
-    /// Recordings to compare with: one for a model of inverse dynamics; for a neural actuator any number, or folders, of which what
-    /// is called train or validation is left out
+    /// Recordings to compare with: one for a model of inverse dynamics; for a neural actuator any number, or folders, without
+    /// those called train or validation
     #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
     pub recordings: Vec<PathBuf>,
     /// Where the parts of the torque go, .csv or .parquet; of a neural actuator, every number as JSON

@@ -16,7 +16,7 @@ pub enum Shape {
     Cycloid,
 }
 
-/// Design a motion that shows the parameters of an arm
+/// Design a motion that excites the parameters of an arm
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
@@ -61,7 +61,7 @@ pub struct Options {
         arg(long, value_name = "PART", default_value = "0.9", allow_negative_numbers = true)
     )]
     pub limits: f64,
-    /// Greatest speed of joints whose file says none, in rad/s or m/s
+    /// Greatest speed of joints whose file has none, in rad/s or m/s
     #[cfg_attr(feature = "clap", arg(long, value_name = "SPEED", allow_negative_numbers = true))]
     pub speed_limit: Option<f64>,
     /// Greatest acceleration of all joints, in rad/s^2 or m/s^2

@@ -38,7 +38,7 @@ pub(super) fn write(
     if let (Some(parameters), Some(condition), Some(before)) =
         (base_parameters, condition_number, condition_number_before)
     {
-        rows.push(("Parameters that torques can tell apart", parameters.to_string()));
+        rows.push(("Parameters that torques can identify", parameters.to_string()));
         rows.push(("Condition number of their regressor", format!("{condition:.1}")));
         rows.push(("The same of a drawn series within the limits", format!("{before:.1}")));
     }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// Record the data set NAD with the virtual arm: a stand-in where the real one is absent
+/// Record trajectories like those of the data set NAD with the virtual arm
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
@@ -12,7 +12,7 @@ pub struct Options {
     /// Virtual arm: a file of TOML or a built-in name
     #[cfg_attr(feature = "clap", arg(long, value_name = "ARM", default_value = "open-manipulator-x"))]
     pub arm: String,
-    /// Draws the individual arm, its motions and its noise
+    /// Seed of the individual arm, its motions and its noise
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0))]
     pub seed: u64,
     /// Only these subsets: `force_unlabeled`, `force_sensor`, `weight`, `motor_condition`; and `motor_faults`, which NAD does not have

@@ -9,7 +9,7 @@ use crate::shared::outcome::{self, MetricsFormat};
 use crate::{COMMIT, Context};
 
 /// Introduction on every page of the data set.
-const ABOUT: &str = "Virtual arm, stand-in for NAD: simulated with the tasks, channels, rates and quantisation of that data set, not \
+const ABOUT: &str = "Virtual arm in place of NAD: simulated with the tasks, channels, rates and quantisation of that data set, not \
                      measured on a robot. Channels truth_* are known to the simulation alone and are no inputs.";
 
 /// The outcome of `arm generate`.

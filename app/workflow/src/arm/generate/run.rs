@@ -71,7 +71,7 @@ fn generate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     rows.extend(found.into_iter().flatten());
     if context.is_cancelled() {
         return Err(Cancelled::new(format!(
-            "; {} of {n_jobs} trajectories are done: the same command goes on",
+            "; {} of {n_jobs} trajectories are done: the same command resumes",
             rows.len()
         ))
         .into());
@@ -83,7 +83,7 @@ fn generate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let outcome = Outcome::new(&arm, options.seed, rows, context);
     page::write(&ReportFolder { path: &options.out, png: false }, &outcome)?;
     context.print(format_args!(
-        "{} trajectories, {} samples (virtual arm, stand-in for NAD)",
+        "{} trajectories, {} samples (virtual arm in place of NAD)",
         outcome.trajectories, outcome.samples
     ));
     context.reported(&options.out);

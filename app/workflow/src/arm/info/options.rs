@@ -13,9 +13,9 @@ pub struct Options {
     pub robot_options: RobotOptions,
 }
 
-/// As info; fails where numbers look wrong
+/// As info; fails where values are suspicious
 ///
-/// Suspicious are masses and inertias that no body has, and lengths, masses and inertias that look like mm or g.
+/// Suspicious are masses and inertias that no physical body has, and lengths, masses and inertias that look like mm or g.
 /// Exit code 2 where something is.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]

@@ -21,7 +21,7 @@ pub struct Options {
         arg(long, value_name = "G", default_value_t = 0.0, allow_negative_numbers = true)
     )]
     pub payload_g: f64,
-    /// A motor of the follower is degraded; the recording says so
+    /// A motor of the follower is degraded; the recording is marked
     #[cfg_attr(feature = "clap", arg(long))]
     pub degraded: bool,
 }

@@ -73,7 +73,7 @@ fn torques(model: &Model, motion: &Recording) -> anyhow::Result<TimeChart> {
         Ok(TimePanel::new(format!("{} [{}]", joint.name, unit[1]), curves))
     };
     let panels = model.joints().iter().enumerate().map(panel).collect::<anyhow::Result<_>>()?;
-    let caption = "What every joint is driven with, and what it is spent on, over time [s]: against gravity, against Coriolis \
+    let caption = "Torque of every joint and its parts over time [s]: against gravity, against Coriolis \
                    and centrifugal torques, and what is left, which accelerates the arm or goes into friction and stops.";
     Ok(TimeChart::over_time("torques", "Torques", caption, motion.time(), panels))
 }

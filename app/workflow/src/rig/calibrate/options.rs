@@ -12,7 +12,7 @@ pub struct Options {
     /// Calibration to write [default: the file that the rig file names]
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub out: Option<PathBuf>,
-    /// Take the servos' registers as they are into the calibration, also where they differ from the one before or from the
+    /// Store the present registers of the servos in the calibration, also where they differ from the one before or from the
     /// factory
     #[cfg_attr(feature = "clap", arg(long))]
     pub keep_registers: bool,

@@ -138,7 +138,7 @@ fn confirm(different: &[RegisterDifference], options: &Options, context: &Contex
     match context.confirm(&question) {
         Some(true) => Ok(()),
         Some(false) => anyhow::bail!("nothing was written"),
-        None => Err(BadInput::new("--restore", "somebody to ask, or --yes", "neither").into()),
+        None => Err(BadInput::new("--restore", "a terminal to ask in, or --yes", "neither").into()),
     }
 }
 

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// How much friction, play and noise the virtual rig has
+    /// Amount of friction, backlash and noise of the virtual rig
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = Preset::Typical, conflicts_with = "robot"))]
     pub preset: Preset,
     /// Virtual robot to emulate, instead of a preset
@@ -24,7 +24,7 @@ pub struct Options {
     /// Baud of the servos
     #[cfg_attr(feature = "clap", arg(long, value_name = "BAUD", default_value_t = 1_000_000))]
     pub baud: u32,
-    /// Time that a servo waits before it answers
+    /// Delay before a servo answers
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "US", default_value_t = 500.0, allow_negative_numbers = true)
@@ -36,7 +36,7 @@ pub struct Options {
     /// Draw that many faults, spread over the time of --for-s
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0, requires = "for_s"))]
     pub draw_faults: u32,
-    /// Sleep through every wait: answers come some 0.1 ms late, and the processor is free for others
+    /// Sleep instead of polling: answers come some 0.1 ms late, and the processor stays free
     #[cfg_attr(feature = "clap", arg(long))]
     pub relaxed: bool,
     /// TCP port on which the tracker serves its poses, by OpenIGTLink; 0 for any that is free
@@ -53,7 +53,7 @@ pub struct Options {
 pub enum Preset {
     /// Little of each
     Mild,
-    /// As the rigs that the presets were made after
+    /// As the rigs on which the presets are based
     Typical,
     /// More than most
     Harsh,

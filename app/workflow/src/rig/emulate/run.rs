@@ -130,6 +130,6 @@ fn print_counts(counts: &TrafficCounts, context: &Context) {
         counts.complete_rounds + counts.broken_rounds,
     ));
     if counts.slipped_ms > 0 {
-        context.print(format_args!("this machine was too slow: {} ms were left out", counts.slipped_ms));
+        context.print(format_args!("this machine was too slow: {} ms were skipped", counts.slipped_ms));
     }
 }

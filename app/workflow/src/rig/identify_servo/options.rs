@@ -7,7 +7,7 @@ use hysteron_base::BadInput;
 
 use crate::shared::identification::{Results, positive};
 
-/// Laws that need nothing but the speed.
+/// Laws that depend on the speed alone.
 const LAWS: [&str; 5] = ["stribeck", "coulomb-viscous", "directed-stribeck", LEARNED_MAP, RISING_MAP];
 /// Find friction, backlash and load scale of a rig's servos in recordings
 #[derive(Debug, Clone)]

@@ -119,7 +119,7 @@ fn rows(
                 name: LOAD_SCALE.into(),
                 value: stall_torque,
                 standard_error: None,
-                note: "as given: loads alone cannot tell it; record tension_k_n".into(),
+                note: "as given: loads alone do not determine it; record tension_k_n".into(),
                 identifiability: Identifiability::Undetermined(Vec::new()),
             });
         }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::tendon::sense::live::LiveOptions;
 
-/// Carry out a plan on a rig and record what happens
+/// Run a plan on a rig and record it
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
@@ -14,7 +14,7 @@ pub struct Options {
     /// Plan file (.toml), or the name of a built-in plan
     #[cfg_attr(feature = "clap", arg(long, value_name = "PLAN", required_unless_present = "strokes"))]
     pub plan: Option<String>,
-    /// Strokes to carry out instead of a plan: recordings with stroke_1_m, .., or folders of them
+    /// Strokes to run instead of a plan: recordings with stroke_1_m, .., or folders of them
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC", num_args = 1.., conflicts_with_all = ["plan", "only"]))]
     pub strokes: Vec<PathBuf>,
     /// Folder for the recordings; for a single trajectory also a file, .parquet or .csv
@@ -26,7 +26,7 @@ pub struct Options {
     /// Calibration [default: the file that the rig file names; a virtual rig calibrates itself]
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub calibration: Option<PathBuf>,
-    /// Seed of a virtual rig's noise and of where its servos wake up
+    /// Seed of a virtual rig's noise and of the initial positions of its servos
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1))]
     pub seed: u64,
     /// Force on a virtual rig's tip over time: a recording of tip_force_x_n, tip_force_y_n, tip_force_z_n, in the robot's

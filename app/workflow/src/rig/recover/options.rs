@@ -6,7 +6,7 @@ use std::path::PathBuf;
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// Journal that the run has left
+    /// Journal of the run
     pub journal: PathBuf,
     /// Recording to write, .parquet or .csv
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]

@@ -51,6 +51,6 @@ fn over_time(health: &Health) -> TimeChart {
     }
     let heat = series(&|servo, w| servo.windows[w].temperature_degc);
     panels.extend(numbered_panels("temperature [degC]", "servo", heat));
-    let caption = "Friction, lost motion and temperature of the servos, minute by minute of recorded time [s]; pauses between recordings are left out.";
+    let caption = "Friction, lost motion and temperature of the servos, minute by minute of recorded time [s]; pauses between recordings are not shown.";
     TimeChart::over_time("servo-health", "Servos over time", caption, &health.time_s, panels)
 }

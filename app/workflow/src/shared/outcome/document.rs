@@ -87,8 +87,7 @@ pub const MARK: &str =
 pub fn document<'a>(verbs: impl IntoIterator<Item = &'a VerbOutcome>) -> String {
     let mut generator = SchemaSettings::draft2020_12().into_generator();
     let mut text =
-        "\n## Keys of each verb\n\nA key that is *optional* is left out where it does not apply.\n"
-            .to_owned();
+        "\n## Keys of each verb\n\nA key that is *optional* is absent where it does not apply.\n".to_owned();
     for verb in verbs {
         let schema = (verb.schema)(&mut generator);
         section(&mut text, &format!("### `{}`", verb.names.join("`, `")), schema.as_value());

@@ -27,7 +27,7 @@ pub struct RunOptions {
     /// Start from this state of the same scene instead of from rest
     #[cfg_attr(feature = "clap", arg(long, value_name = "STATE", conflicts_with = "resume"))]
     pub from: Option<PathBuf>,
-    /// Go on with the run of this OUT that failed or was interrupted
+    /// Resume the run of this OUT that failed or was interrupted
     #[cfg_attr(feature = "clap", arg(long))]
     pub resume: bool,
     /// Save the last state here, for --from

@@ -97,7 +97,7 @@ impl Partial {
                 number::shown(command.time[n_done]),
                 command.describe(twin, n_done),
             ),
-            _ => Cancelled::new(format!("; {kept}; add --resume to go on")).into(),
+            _ => Cancelled::new(format!("; {kept}; add --resume to continue")).into(),
         }
     }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 #[cfg(feature = "clap")]
 use hysteron_twin::residual::AdaptOptions;
 
-/// Adapt a calibrated twin to what is measured now
+/// Adapt a calibrated twin to new recordings
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
@@ -24,7 +24,7 @@ pub struct Options {
     /// Folder for metrics.json [default: OUT without its ending]
     #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
     pub figures: Option<PathBuf>,
-    /// Time after which what was seen counts a third
+    /// Time after which the weight of a sample is 1/e
     #[cfg_attr(feature = "clap", arg(long, value_name = "S", default_value_t = AdaptOptions::default().memory_s, value_parser = crate::shared::number::time_s))]
     pub memory_s: f64,
 }

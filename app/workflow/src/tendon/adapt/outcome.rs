@@ -120,7 +120,7 @@ fn judged(adapted: &Adapted) -> Verdict {
     let statement = match adapted.kept {
         AdaptedParts::Nothing => {
             format!(
-                "nothing new explains the recordings better than the twin as it was ({}), which stays as it is",
+                "no change explains the recordings better than the present twin ({}), which is kept",
                 mm(before)
             )
         }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// The path, and what finds strokes for it.
+    /// The path, and the method that finds strokes for it.
     #[cfg_attr(feature = "clap", command(flatten))]
     pub way: Way,
     /// Recording to write, .parquet or .csv
@@ -26,7 +26,7 @@ pub struct Options {
     pub figures: Option<PathBuf>,
 }
 
-/// From a path to strokes: which path, and by what.
+/// The path and the method that finds strokes for it.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Way {
@@ -39,7 +39,7 @@ pub struct Way {
     /// Steer the twin of this scene along the path
     #[cfg_attr(feature = "clap", arg(long, value_name = "SCENE"))]
     pub scene: Option<PathBuf>,
-    /// Leave out of the scene what is fitted to a robot: zeros and compliance of the tendons, friction, backlash
+    /// Ignore the parameters of the scene that are fitted to a robot: zeros and compliance of the tendons, friction, backlash
     #[cfg_attr(feature = "clap", arg(long, requires = "scene", conflicts_with = "checkpoint"))]
     pub nominal: bool,
 }

@@ -74,7 +74,7 @@ impl Way {
         );
         let extrapolating = part(&answer.extrapolating);
         if extrapolating > 0.0 {
-            tracing::warn!("{extrapolating:.1} % of the path is outside what was seen in training");
+            tracing::warn!("{extrapolating:.1} % of the path is outside the training range");
         }
         recording(self, &target, answer, context)
     }

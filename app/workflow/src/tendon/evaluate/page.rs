@@ -25,7 +25,7 @@ pub(super) fn write(
         let percent = |part: f64| format!("{:.1} % of the samples", 100.0 * part);
         if *extrapolating > 0.0 {
             page.paragraph(&format!(
-                "Warning: the network was asked for what it had not seen in training in {}.",
+                "Warning: the network left its training range in {}.",
                 percent(*extrapolating)
             ));
         }

@@ -31,7 +31,7 @@ pub struct Options {
     /// Parameters to fit, by name
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,...", value_delimiter = ',', default_values_t = default_names()))]
     pub fit: Vec<String>,
-    /// File with what to fit and its bounds, in place of --fit
+    /// File with the parameters to fit and their bounds, in place of --fit
     #[cfg_attr(feature = "clap", arg(long, value_name = "TOML", conflicts_with = "fit"))]
     pub fit_file: Option<PathBuf>,
     /// Take only recordings made for this: training, validation or test
@@ -60,7 +60,7 @@ pub struct Options {
     pub frame: FrameChoice,
 }
 
-/// How the frame of the recordings stands to that of gravity.
+/// Orientation of the recordings' frame relative to gravity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum FrameChoice {

@@ -41,8 +41,8 @@ pub(super) fn write(folder: &ReportFolder, outcome: &Outcome, finished: &Finishe
         ("Evaluations", outcome.evaluations.to_string()),
         ("Steps of an evaluation", outcome.steps.to_string()),
         ("Condition number of the Jacobian, columns normalised", format!("{:.1}", outcome.condition)),
-        ("Constant channels left out", outcome.constant_channels.to_string()),
-        ("Recordings of another role left out", outcome.recordings_of_another_role.to_string()),
+        ("Constant channels skipped", outcome.constant_channels.to_string()),
+        ("Recordings of another role skipped", outcome.recordings_of_another_role.to_string()),
     ]);
     for shown in [PlottedQuantity::Tips, PlottedQuantity::Errors] {
         folder.add(&mut page, &chart(finished, shown))?;

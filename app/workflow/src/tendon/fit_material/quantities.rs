@@ -37,7 +37,7 @@ fn names(text: &str) -> Result<Vec<FitParameter>, BadInput> {
             Ok(FitParameter { name: key, bounds: Some(Bounds { min, max }), width: Some(width) })
         }
         _ => {
-            let expected = "[smallest, largest], [smallest, largest, width of what is believed] or []";
+            let expected = "[smallest, largest], [smallest, largest, width of the prior] or []";
             Err(BadInput::new(format!("fit.{key}"), expected, format!("{numbers:?}")))
         }
     };

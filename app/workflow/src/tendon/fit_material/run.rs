@@ -49,7 +49,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let motions = motions(&files, options.role.as_deref(), &twin)?;
     let n_other_role = files.len() - motions.len();
     tracing::info!(
-        "{}: {} parameters, {} recordings, {} samples; {n_other_role} recordings of another role left out",
+        "{}: {} parameters, {} recordings, {} samples; {n_other_role} recordings of another role skipped",
         scene.name,
         selected.len(),
         motions.len(),
@@ -130,7 +130,7 @@ fn motions(paths: &[PathBuf], role: Option<&str>, twin: &Twin) -> anyhow::Result
         let motion = RobotMotion::new(twin, &recording, &path.display().to_string())?;
         for (axis, is_used) in ["x", "y", "z"].iter().zip(motion.axes) {
             if !is_used {
-                tracing::warn!("{}: tip_{axis} never changes and is left out", path.display());
+                tracing::warn!("{}: tip_{axis} never changes and is skipped", path.display());
             }
         }
         motions.push(motion);

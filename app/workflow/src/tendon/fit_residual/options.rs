@@ -21,7 +21,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = DesignName::Recurrent))]
     pub design: DesignName,
     /// Recordings to stop by, by name [default: for each network, a sixth of every kind of motion and at least one
-    /// of each that has two, drawn by the seed; a kind is the family of the plan, or what the strokes tell]
+    /// of each that has two, drawn by the seed; a kind is the family of the plan, or is found from the strokes]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,...", value_delimiter = ','))]
     pub held_out: Vec<String>,
     /// Epochs at most [default: 100; paper: 30]
@@ -33,7 +33,7 @@ pub struct Options {
     /// Networks whose mean is taken, each stopped by other recordings; the paper's design has one
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 3, value_parser = crate::shared::number::count::<MAX_MEMBERS>))]
     pub members: usize,
-    /// Let the network see the twin's tip of the sample before (eq. 11), not the strokes alone
+    /// Inputs of the network are the twin's tip of the sample before (eq. 11) and the strokes, not the strokes alone
     #[cfg_attr(feature = "clap", arg(long))]
     pub feedback: bool,
     /// Folder for report.html and metrics.json [default: OUT without its ending]

@@ -218,7 +218,7 @@ fn sequence(input: &Input) -> anyhow::Result<Sequence> {
         (recording.meta().scene_hash.clone(), extra)
     };
     if origin(&sensitivity) != origin(&input.recording) {
-        let expected = format!("what was identified together with {}", input.path.display());
+        let expected = format!("the strokes that were identified together with {}", input.path.display());
         return Err(BadInput::new(
             path.display().to_string(),
             expected,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use hysteron_base::BadInput;
 
-/// Learn from recordings without contact what the force sensor needs
+/// Fit the force sensor to recordings without contact
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {

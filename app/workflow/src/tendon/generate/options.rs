@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::shard::Shard;
 
-/// Let the calibrated twin carry out a plan: synthetic data
+/// Run a plan on the calibrated twin: synthetic data
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
@@ -13,7 +13,7 @@ pub struct Options {
     /// Checkpoint by hysteron fit-residual
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub residual: Option<PathBuf>,
-    /// Plan file (.toml), or the name of a built-in plan, carried out as it is [default: synthetic, made smaller until it stays
+    /// Plan file (.toml), or the name of a built-in plan, run without changes [default: synthetic, made smaller until it stays
     /// within the strokes and rates of the recordings that the checkpoint was trained on, or of --real]
     #[cfg_attr(feature = "clap", arg(long, value_name = "PLAN"))]
     pub plan: Option<String>,

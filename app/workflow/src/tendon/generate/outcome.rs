@@ -104,7 +104,7 @@ impl SyntheticTrajectory {
             cells.push(format!("{:.1}", self.tension_max_n));
             cells.push(format!("{:.1}", 100.0 * self.extrapolating));
         } else {
-            cells.push(format!("left out: {}", self.left_out));
+            cells.push(format!("skipped: {}", self.left_out));
         }
         cells
     }
@@ -229,7 +229,7 @@ impl Outcome {
             );
         }
         context.print(format_args!(
-            "{} trajectories, {} samples; {} left out; network outside its training range in {:.1} % of the samples",
+            "{} trajectories, {} samples; {} skipped; network outside its training range in {:.1} % of the samples",
             self.made,
             self.samples,
             self.dropped,

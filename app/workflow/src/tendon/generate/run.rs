@@ -120,7 +120,7 @@ fn simulate(
         }
         synthetic::SyntheticOutcome::Dropped(sample, why) => {
             let why = format!("{why} at {:.2} s", sample as f64 / rate);
-            tracing::warn!("{}: left out: {why}", job.trajectory.name);
+            tracing::warn!("{}: skipped: {why}", job.trajectory.name);
             Some(SyntheticTrajectory::dropped(job.trajectory, why))
         }
     })
@@ -142,7 +142,7 @@ fn planned(
     let range = network.and_then(|network| CalibratedRange::of_network(network, n_tendons, &by));
     let Some(range) = range.or_else(|| CalibratedRange::of_recordings(real, n_tendons)) else {
         tracing::warn!(
-            "nothing says on which strokes this twin was calibrated: plan {DEFAULT_PLAN} is carried out as it is (hint: --real with \
+            "the strokes of this twin's calibration are not known: plan {DEFAULT_PLAN} is run without changes (hint: --real with \
              its recordings, or --residual)"
         );
         let (plan, text) = plan::read(DEFAULT_PLAN)?;
@@ -189,7 +189,7 @@ fn finish(
 ) -> anyhow::Result<Outcome> {
     if context.is_cancelled() {
         return Err(Cancelled::new(format!(
-            "; {} of {n_jobs} trajectories are done; run it again to go on",
+            "; {} of {n_jobs} trajectories are done; run it again to resume",
             rows.len()
         ))
         .into());

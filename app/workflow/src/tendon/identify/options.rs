@@ -29,7 +29,7 @@ pub struct Options {
     /// Let this network choose the strokes, instead of QPs
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT", conflicts_with_all = ["regularisation", "orientation_mm", "rounds"]))]
     pub residual: Option<PathBuf>,
-    /// Leave out recordings that cannot be used, and say so, instead of stopping
+    /// Skip recordings that cannot be used, with a warning, instead of stopping
     #[cfg_attr(feature = "clap", arg(long))]
     pub skip_bad: bool,
 }

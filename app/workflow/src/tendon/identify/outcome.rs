@@ -122,12 +122,12 @@ fn verdict(rows: &[IdentifiedRecording], left_out: &[String]) -> Verdict {
         .because(
             Criterion::AtLimit,
             at_bound,
-            format!("auxiliary strokes stand at a bound in {:.1} % of the samples", 100.0 * at_bound),
+            format!("auxiliary strokes are at a bound in {:.1} % of the samples", 100.0 * at_bound),
         )
         .because(
             Criterion::Missing,
             left_out.len() as f64 / n.max(1) as f64,
-            format!("{} of {n} recordings were left out", left_out.len()),
+            format!("{} of {n} recordings were skipped", left_out.len()),
         )
         .verdict()
 }

@@ -79,7 +79,7 @@ fn identify_recordings(options: &Options, context: &Context) -> anyhow::Result<O
     context.reported(&options.out);
     if context.is_cancelled() {
         return Err(Cancelled::new(format!(
-            "; {n_done} of {n_jobs} recordings are done; run it again to go on"
+            "; {n_done} of {n_jobs} recordings are done; run it again to resume"
         ))
         .into());
     }
@@ -146,7 +146,7 @@ fn jobs(
         match RobotMotion::for_identification(twin, &input.recording, &input.path.display().to_string()) {
             Ok(motion) => jobs.push(job(options, scene, network, input, motion, context)?),
             Err(bad) if options.skip_bad => {
-                tracing::warn!("left out: {bad}");
+                tracing::warn!("skipped: {bad}");
                 excluded.push(bad.to_string());
             }
             Err(bad) => return Err(bad.into()),

@@ -83,7 +83,7 @@ fn results(page: &mut Page, scores: &SensingScores) {
             ("Contact claimed in it [%]", percent(contacts.claimed)),
         ]),
         None => page
-            .paragraph("No true force or tension was recorded, so nothing says how good the estimates are."),
+            .paragraph("No true force or tension was recorded, so the accuracy of the estimates is unknown."),
     }
 }
 
@@ -109,7 +109,7 @@ fn force(shown: &EstimateSeries) -> TimeChart {
         Some(with_truth(format!("{axis} [N]"), estimate, truth(axis)))
     });
     let caption = "Force of the surroundings on the tip [N], in the frame in which the tip is recorded, over time [s]. Shaded: a contact \
-                   is claimed. A force along a straight body hardly moves the tip and is not seen.";
+                   is claimed. A force along a straight body hardly moves the tip and is not detected.";
     let time = recording.time();
     let chart = TimeChart::over_time("force", "Force on the tip", caption, time, panels.collect());
     let contact: Vec<bool> =

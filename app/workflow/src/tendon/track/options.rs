@@ -12,7 +12,7 @@ const MAX_REPEATS: usize = 100;
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
-    /// The path, and what finds strokes for it.
+    /// The path, and the method that finds strokes for it.
     #[cfg_attr(feature = "clap", command(flatten))]
     pub way: Way,
     /// Rig file, or virtual:PRESET
@@ -21,7 +21,7 @@ pub struct Options {
     /// Folder to write to
     #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
     pub out: PathBuf,
-    /// How often the strokes are carried out
+    /// How often the strokes are run
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1, value_parser = crate::shared::number::count::<MAX_REPEATS>))]
     pub repeats: usize,
     /// Calibration [default: the file that the rig file names; a virtual rig calibrates itself]

@@ -78,7 +78,7 @@ fn write_strokes(
             Err(BadInput::new(
                 path.display().to_string(),
                 expected,
-                "others, for what they are found with has changed",
+                "others, because the inputs of the strokes have changed",
             )
             .hint("choose another --out")
             .into())

@@ -20,12 +20,12 @@ pub struct Options {
     /// Which network
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = DesignName::Recurrent))]
     pub design: DesignName,
-    /// Where the tip shall be in x, y and z, for a robot of several segments; else in x and y
+    /// The path has x, y and z, for a robot of several segments; else x and y
     #[cfg_attr(feature = "clap", arg(long))]
     pub spatial: bool,
     /// A recording to validate on and stop by, by name; may be given several times [default: a sixth of every kind
-    /// of motion and at least one of each that has two, drawn by the seed; a kind is the family of the plan, or what
-    /// the strokes tell]
+    /// of motion and at least one of each that has two, drawn by the seed; a kind is the family of the plan, or is
+    /// found from the strokes]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", value_delimiter = ','))]
     pub held_out: Vec<String>,
     /// Epochs at most [default: 30]
@@ -37,8 +37,8 @@ pub struct Options {
     /// Pull that all tendons have in common at least, so that none goes slack; recurrent only
     #[cfg_attr(feature = "clap", arg(long, alias = "least-pull-mm", value_name = "MM", value_parser = crate::shared::number::distance_mm))]
     pub co_contraction_min_mm: Option<f64>,
-    /// Number type of the weights where the controller commands: int16 is faster where they do not fit a core's
-    /// own cache (from a megabyte on); what it changes of the strokes is measured and reported; recurrent only
+    /// Number type of the weights in the controller: int16 is faster where they do not fit a core's
+    /// own cache (from a megabyte on); the change of the strokes is measured and reported; recurrent only
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = Weights::Float32))]
     pub weights: Weights,
     /// Folder for report.html and metrics.json [default: OUT without its ending]

@@ -77,7 +77,7 @@ fn dataset(options: &Options, inputs: &[Input], context: &Context) -> anyhow::Re
         data.validation.iter().map(|one| format!("{} ({})", one.name, one.kind())).collect();
     context.print(format_args!("validated on: {}", names.join(", ")));
     context.print(format_args!(
-        "learns from: {} real and {} synthetic recordings, {} samples; {left_out} left out by their role",
+        "trained on: {} real and {} synthetic recordings, {} samples; {left_out} skipped by their role",
         data.count(DataOrigin::Real),
         data.count(DataOrigin::Synthetic),
         data.training.iter().map(Demonstration::len).sum::<usize>(),

@@ -165,9 +165,7 @@ impl<'a> Attributes<'a> {
     pub fn required(&self, name: &str) -> Check<&'a str> {
         match self.text(name) {
             Some(text) if !text.trim().is_empty() => Ok(text),
-            Some(_) => {
-                Err(self.element.error(&format!("an attribute {name} that says something"), "an empty one"))
-            }
+            Some(_) => Err(self.element.error(&format!("an attribute {name} with a value"), "an empty one")),
             None => Err(self.element.error(&format!("an attribute {name}"), "none")),
         }
     }

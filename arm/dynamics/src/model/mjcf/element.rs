@@ -197,7 +197,7 @@ impl Files {
     fn find(&mut self, element: &MjcfElement, name: &str, folder: Option<&Path>) -> Check<(PathBuf, String)> {
         let Some(first) = &self.folder else {
             return Err(element
-                .error("a robot that stands in one text", format!("another file, \"{}\"", brief(name)))
+                .error("a robot in one text", format!("another file, \"{}\"", brief(name)))
                 .hint("give the robot as a file, so that the others are found next to it"));
         };
         let paths = [first.join(name), folder.unwrap_or(first).join(name)];

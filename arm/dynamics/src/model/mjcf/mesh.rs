@@ -268,7 +268,7 @@ fn locate(at: &Attributes, file: &str, settings: &Settings, folder: Option<&Path
     let Some(folder) = folder else {
         return Err(at
             .element
-            .error("a robot that stands in one text", format!("another file, \"{}\"", brief(file)))
+            .error("a robot in one text", format!("another file, \"{}\"", brief(file)))
             .hint("give the robot as a file, so that the others are found next to it"));
     };
     // Paths of other systems.

@@ -31,7 +31,7 @@ fn rotation(at: &Attributes, settings: &Settings) -> Check<Mat3<f64>> {
     let way = match own[..] {
         [] => WAYS.into_iter().rev().find(|way| at.of_class(way).is_some()),
         [way] => Some(way),
-        _ => return Err(at.element.error("one way to say how it is turned", own.join(" and "))),
+        _ => return Err(at.element.error("one specification of the orientation", own.join(" and "))),
     };
     let Some(way) = way else { return Ok(Pose::IDENTITY.rotation) };
     let text = at.text(way).unwrap_or_default();

@@ -258,7 +258,9 @@ impl Parser<'_> {
             if self.is_skipping > 0 {
                 continue;
             }
-            let Value::List(items) = &value else { return Err("[…] behind what is no list".to_owned()) };
+            let Value::List(items) = &value else {
+                return Err("[…] after a value that is not a list".to_owned());
+            };
             let at = index.whole().ok_or_else(|| format!("the index {index}"))?;
             let from_end = i64::try_from(items.len()).unwrap_or(0) + at;
             let at = usize::try_from(if at < 0 { from_end } else { at }).ok();

@@ -213,7 +213,7 @@ impl<'a> Scopes<'a> {
         self.arguments
             .get(name)
             .cloned()
-            .ok_or_else(|| format!("$(arg {name}), which nobody has given: --arg {name}=VALUE gives it"))
+            .ok_or_else(|| format!("$(arg {name}), which has no value: give --arg {name}=VALUE"))
     }
 
     fn property_at(&mut self, name: &str, level: usize) -> Result<Option<Value>, String> {

@@ -21,7 +21,7 @@ pub struct Options {
     /// Units of each of the two hidden layers
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 64, value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_HIDDEN }>))]
     pub hidden: usize,
-    /// The network sees products of the sines and cosines of up to so many joints, with a linear path past its hidden layers; 0 for sines and cosines alone
+    /// Inputs are products of the sines and cosines of up to so many joints, with a linear path past its hidden layers; 0 for sines and cosines alone
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 0, value_parser = crate::shared::number::up_to::<4>))]
     pub products: u32,
     /// Squares in the kinetic energy beyond one for each joint; of a chain of turning joints two for each in a plane, or six, hold it exactly, with --products; up to 32

@@ -82,7 +82,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     model.write(&options.out)?;
     unfinished.end(found.is_finished, context)?;
     context.print(format_args!(
-        "error on what was not trained on: {:.3e} of the torques' spread, after {} epochs and {} steps",
+        "validation error: {:.3e} of the torques' spread, after {} epochs and {} steps",
         found.validation, found.steps[0], found.steps[1]
     ));
     Ok(Outcome {
@@ -101,7 +101,7 @@ fn judged(error: f64, n: usize) -> Verdict {
     let judged = Verdict::on(format!("torques are given within {percent:.1} % of their deviation")).because(
         Criterion::ErrorOverSpread,
         error,
-        format!("on what was not trained on, the error is {percent:.1} % of the deviation of the torques"),
+        format!("the validation error is {percent:.1} % of the deviation of the torques"),
     );
     verdict::repeated(judged, n, "trajectory in validation").verdict()
 }

@@ -46,7 +46,7 @@ pub(super) fn print_data(
         validation.len()
     ));
     if labelled == 0 {
-        context.print("no row says what force acts: force and contact are not learned");
+        context.print("no row has a labelled force: force and contact are not learned");
     }
     if conditions == 0 {
         context.print("no recording has a degraded motor: the condition is not learned");

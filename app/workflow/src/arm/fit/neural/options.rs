@@ -11,7 +11,7 @@ use hysteron_learn::{BlockKind, TemporalForm};
 
 use crate::arm::RobotOptions;
 
-/// Learn what the motors of an arm do from their telemetry, without torques
+/// Learn the torques of an arm's motors from their telemetry, without measured torques
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
@@ -50,7 +50,7 @@ pub struct Options {
     /// identified by rollout, to whose torque the network's is added), or drive (that of --drive, likewise)
     #[cfg_attr(feature = "clap", arg(long, value_name = "PRIOR", default_value = "none", value_parser = prior))]
     pub prior: MotorModelKind,
-    /// Drive of every motor for --prior drive, with its heat and its limits of voltage and current: a name, or a file of arm identify
+    /// Drive of every motor for --prior drive, with its thermal model and its limits of voltage and current: a name, or a file of arm identify
     /// servo --drive-out; recordings must say their position_gain
     #[cfg_attr(feature = "clap", arg(long, value_name = "DRIVE"))]
     pub drive: Option<String>,
@@ -66,8 +66,8 @@ pub struct Options {
     /// Rollouts of an update
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 16, value_parser = crate::shared::number::count::<4096>))]
     pub rollouts: usize,
-    /// Where force, contact and condition come from: loop (the network in the loop, as published), or observer (a second network that
-    /// sees recorded telemetry with PWM, and the force of a momentum observer that it adds to)
+    /// Where force, contact and condition come from: loop (the network in the loop, as published), or observer (a second network,
+    /// whose inputs are recorded telemetry with PWM and whose output is added to the force of a momentum observer)
     #[cfg_attr(feature = "clap", arg(long, value_name = "FROM", default_value = "loop", value_parser = sensing))]
     pub sensing: SensingForm,
     /// Updates of that second network
@@ -169,7 +169,7 @@ pub fn block(text: &str) -> Result<BlockKind, String> {
 }
 
 impl Options {
-    /// The actuator that is asked for, with the drive that `--drive` names.
+    /// Options of the actuator, with the drive that `--drive` names.
     ///
     /// # Errors
     /// `BadInput` for a drive without the prior that it is for, or that prior without a drive.

@@ -92,12 +92,11 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
 fn print_result((error_deg, sensing_loss): (f64, Option<f64>), rate: f64, context: &Context) {
     context.print(format_args!("{rate:.0} simulated steps a second in training"));
     context.print(format_args!(
-        "joints {:.3}° (root mean square) in rollouts on what was not trained on",
+        "joints {:.3}° (root mean square) in rollouts of validation recordings",
         error_deg
     ));
     if let Some(loss) = sensing_loss {
-        context
-            .print(format_args!("force, contact and condition: loss {loss:.4} on what was not trained on"));
+        context.print(format_args!("force, contact and condition: validation loss {loss:.4}"));
     }
 }
 
@@ -113,7 +112,7 @@ fn judged(error: f64, validation: &[Trajectory], features: &FeatureLayout) -> Ve
     let judged = Verdict::on(format!("joints are simulated within {error:.2}° (RMS)")).because(
         Criterion::ErrorOverSpread,
         error / spread,
-        format!("on what was not trained on, joints are off by {error:.2}°; they move by {spread:.2}° about their mean"),
+        format!("in validation, joints are off by {error:.2}°; they move by {spread:.2}° about their mean"),
     );
     verdict::repeated(judged, validation.len(), "trajectory in validation").verdict()
 }

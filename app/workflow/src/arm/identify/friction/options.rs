@@ -8,7 +8,7 @@ use hysteron_base::BadInput;
 
 use crate::shared::identification::{Results, positive};
 
-/// Laws that need no torques through the gear.
+/// Laws that do not depend on the torque through the gear.
 const LAWS_OF_SPEED: usize = 3;
 
 /// A law of friction of one joint
@@ -21,13 +21,13 @@ pub struct Options {
     /// Number of the joint, from 1
     #[cfg_attr(feature = "clap", arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64)))]
     pub joint: u16,
-    /// coulomb-viscous, stribeck, directed-stribeck, learned-map: a curve of any shape, or rising-map: one that does not fall
+    /// coulomb-viscous, stribeck, directed-stribeck, learned-map: a curve of any shape, or rising-map: a monotone curve
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", default_value = "stribeck"))]
     pub law: String,
     /// least-squares, pso, de, anfis or fnn
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", default_value = "least-squares"))]
     pub method: String,
-    /// Parts of the recordings of which each is left out once
+    /// Folds of cross-validation
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub folds: Option<usize>,
     /// Error from which on a sample counts linearly rather than squared

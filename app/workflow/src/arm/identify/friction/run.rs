@@ -52,7 +52,7 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     context.print(format_args!("error {rms:.4} N m RMS in {} samples", velocity.len()));
     let left_out = options.folds.map(|k| validated(&law, method, &series, k, options.seed)).transpose()?;
     if let Some(left_out) = &left_out {
-        context.print(format_args!("on recordings that were left out, by fold [N m]: {left_out:.4?}"));
+        context.print(format_args!("on test recordings, by fold [N m]: {left_out:.4?}"));
     }
     let warnings = warnings(&velocity, &torque, &rows);
     warnings.iter().for_each(|warning| context.print(warning));
@@ -135,7 +135,7 @@ fn verdict(
             format!("the condition number of the parameters is {condition:.0}")
         })
         .because_of(Criterion::HeldOutOverFitted, worst.map(|worst| worst / rms), |ratio| {
-            format!("on recordings that were left out the error is up to {ratio:.1} times as large")
+            format!("on test recordings the error is up to {ratio:.1} times as large")
         })
         .verdict()
 }
@@ -166,7 +166,7 @@ fn warnings(velocity: &[f64], torque: &[f64], rows: &[Row]) -> Vec<String> {
     }
     if rows.iter().any(|row| row.note.starts_with("held") || row.note.starts_with("not determined")) {
         warnings.push(
-            "held numbers were not seen in these motions: record steady speeds from far below the Stribeck speed to the fastest".into(),
+            "these motions do not excite the held parameters: record steady speeds from far below the Stribeck speed to the fastest".into(),
         );
     }
     warnings

@@ -35,7 +35,7 @@ pub struct Options {
         arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true)
     )]
     pub prior: f64,
-    /// Finds by how much measured torques lead or lag those of the rigid arm, and how they change with the frequency
+    /// Identify the lead or lag of measured torques, and their frequency response
     #[cfg_attr(feature = "clap", arg(long))]
     pub response: bool,
     /// File for the robot as identified: .urdf, .xml (MJCF) or .csv (parameters)

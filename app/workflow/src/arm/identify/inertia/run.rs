@@ -86,7 +86,7 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
 fn print_errors(fit: &BodyFit, tested: Option<&[f64]>, context: &Context) {
     context.print(format_args!("error of the torques, RMS by joint [N m]: {:.4?}", fit.rms));
     if let Some(tested) = tested {
-        context.print(format_args!("on what was not fitted: {tested:.4?}"));
+        context.print(format_args!("on test data: {tested:.4?}"));
     }
     context
         .print(format_args!("{} combinations determined, condition {:.0}", fit.n_determined, fit.condition));
@@ -96,8 +96,8 @@ fn print_errors(fit: &BodyFit, tested: Option<&[f64]>, context: &Context) {
 /// Whether the bodies give the torques: of the fitted motion, and of one that was not fitted with its errors by joint [N m].
 fn verdict(fit: &BodyFit, motion: &JointMotion, test: Option<(&JointMotion, &[f64])>) -> Verdict {
     let (errors, shown, which) = match test {
-        Some((motion, errors)) => (errors, motion, "on what was not fitted"),
-        None => (&fit.rms[..], motion, "on what was fitted"),
+        Some((motion, errors)) => (errors, motion, "on test data"),
+        None => (&fit.rms[..], motion, "on fitted data"),
     };
     let (share, joint) = worst_joint(errors, &shown.tau);
     let worst = |of: &[f64]| of.iter().zip(&fit.rms).map(|(a, b)| a / b).fold(0.0, f64::max);
@@ -115,7 +115,7 @@ fn verdict(fit: &BodyFit, motion: &JointMotion, test: Option<(&JointMotion, &[f6
         ),
     )
     .because_of(Criterion::HeldOutOverFitted, test.map(|(_, errors)| worst(errors)), |ratio| {
-        format!("what was not fitted errs up to {ratio:.1} times as much as what was")
+        format!("errors on test data are up to {ratio:.1} times those on fitted data")
     })
     .because(
         Criterion::ConditionNumber,
@@ -161,7 +161,7 @@ fn responds(
     context.print(format_args!("measured torques lead by joint [ms]: {lead_ms:.2?}"));
     context.print(format_args!("error with this response [N m]: {left:.4?}"));
     if let Some(tested) = &tested {
-        context.print(format_args!("on what was not fitted: {tested:.4?}"));
+        context.print(format_args!("on test data: {tested:.4?}"));
     }
     Ok(ResponseEstimate {
         lead_s: response.lead,

@@ -20,13 +20,13 @@ pub struct Options {
     /// Law of friction: coulomb-viscous, stribeck, directed-stribeck, m1 to m6 [default: the drive's]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
     pub law: Option<String>,
-    /// Mass of the weight [default: the recordings say]
+    /// Mass of the weight [default: from the recordings]
     #[cfg_attr(feature = "clap", arg(long, value_name = "KG", allow_negative_numbers = true))]
     pub mass_kg: Option<f64>,
-    /// Distance of the weight from the axis [default: the recordings say]
+    /// Distance of the weight from the axis [default: from the recordings]
     #[cfg_attr(feature = "clap", arg(long, value_name = "M", allow_negative_numbers = true))]
     pub length_m: Option<f64>,
-    /// Proportional gain as the register has it [default: the recordings say]
+    /// Proportional gain as the register has it [default: from the recordings]
     #[cfg_attr(feature = "clap", arg(long, value_name = "P", allow_negative_numbers = true))]
     pub gain: Option<f64>,
     /// Longest step of the simulation

@@ -35,7 +35,7 @@ fn of_recording(recording: &Recording, options: &Options, name: String) -> Resul
     let noted = |key: &str, option: &str, given: Option<f64>| {
         let noted = recording.meta().extra.get(key).and_then(|text| text.parse::<f64>().ok());
         let value = given.or(noted).ok_or_else(|| {
-            BadInput::new(option, "this option, for the recording does not say it", "nothing")
+            BadInput::new(option, "this option, because the recording does not have the value", "nothing")
         })?;
         positive(option, value).map(|()| value)
     };

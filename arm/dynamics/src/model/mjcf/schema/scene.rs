@@ -9,7 +9,7 @@ const CONTACT: &str = "contacts are not computed";
 const ACTUATOR: &str = "joints are driven by torques, not by MuJoCo's actuators";
 const STATE: &str = "states, not the robot";
 const MEMORY: &str = "sizes that MuJoCo allocates";
-const DECLARED: &str = "a declaration; what uses a plugin is refused where it stands";
+const DECLARED: &str = "a declaration; an element that uses a plugin is refused";
 
 pub(super) const ENTRIES: &[MjcfEntry] = &[
     MjcfEntry {
