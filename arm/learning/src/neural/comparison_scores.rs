@@ -85,6 +85,11 @@ impl<T> ByHorizon<T> {
     pub fn values(&self) -> [&T; HORIZONS.len()] {
         [&self.steps_100, &self.steps_300, &self.steps_500, &self.steps_600]
     }
+
+    /// Over that many first steps; none where that is no horizon of [`HORIZONS`].
+    pub fn over(&self, steps: usize) -> Option<&T> {
+        HORIZONS.iter().position(|horizon| *horizon == steps).map(|k| self.values()[k])
+    }
 }
 
 /// Errors of the forces of each source of [`FORCES`]; none where a source gives no force, or without any label.
@@ -212,6 +217,11 @@ mod tests {
         let horizons = written(ByHorizon::from_fn(|steps| steps));
         assert_eq!(horizons, HORIZONS.iter().map(|steps| (steps.to_string(), *steps)).collect());
         assert_eq!(ByHorizon::from_fn(|steps| steps).values(), HORIZONS.each_ref());
+        assert_eq!(
+            HORIZONS.map(|steps| ByHorizon::from_fn(|own| own).over(steps).copied()),
+            HORIZONS.map(Some)
+        );
+        assert_eq!(ByHorizon::from_fn(|steps| steps).over(200), None);
     }
 
     #[test]

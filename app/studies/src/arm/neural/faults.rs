@@ -1,16 +1,15 @@
 //! Faults that NAD does not have: detectors of a degraded motor by fault, with every payload.
 
-use hysteron_base::json;
 use hysteron_learn::{Error, Result, TrainingProgress};
-use serde_json::{Map, Value};
 
 use super::cells::Protocol;
+use super::comparison::{FaultCell, FaultDetectors};
 use super::{NeuralData, Sample, Split};
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_estimation::servo_force::observed_arm;
 use hysteron_arm_learning::neural::{
-    ActuatorOptions, ActuatorSession, ConditionEstimate, TrainingStage, Trajectory, detectors, fit_sensing,
-    identified_observers,
+    ActuatorOptions, ActuatorSession, ConditionEstimate, DetectorScores, TrainingStage, Trajectory,
+    detectors, fit_sensing, identified_observers,
 };
 
 /// Kinds, as names of tasks end.
@@ -26,7 +25,7 @@ pub(super) fn fault_cell(
     options: &ActuatorOptions,
     file: &std::path::Path,
     listener: &mut dyn FnMut(&TrainingProgress) -> bool,
-) -> Result<Option<Value>> {
+) -> Result<Option<FaultCell>> {
     let of = |split: Split| -> Vec<Trajectory> {
         let own = data.samples.iter().filter(|one| protocol.uses(one, split));
         own.map(|one| one.trajectory.clone()).collect()
@@ -57,22 +56,20 @@ pub(super) fn fault_cell(
     let tests: Vec<&Sample> = data.samples.iter().filter(|one| protocol.uses(one, Split::Test)).collect();
     let asked: Vec<Trajectory> = tests.iter().map(|one| one.trajectory.clone()).collect();
     let said = [along(&known)?, along(&asked)?];
-    let among = |kinds: &[&str]| -> Result<Value> {
+    let among = |kinds: &[&str]| -> Result<Vec<DetectorScores>> {
         let is = |one: &Sample| {
             one.trajectory.is_healthy == Some(true) || kinds.iter().any(|kind| one.task.ends_with(kind))
         };
         let chosen: Vec<usize> = (0..tests.len()).filter(|k| is(tests[*k])).collect();
         let test: Vec<Trajectory> = chosen.iter().map(|k| asked[*k].clone()).collect();
         let own: Vec<ConditionEstimate> = chosen.iter().map(|k| said[1][*k].clone()).collect();
-        Ok(json!(detectors((&arm, &data.features), [&known, &test], [&said[0], &own])?))
+        Ok(detectors((&arm, &data.features), [&known, &test], [&said[0], &own])?)
     };
-    let mut by_kind = Map::new();
-    for kind in KINDS {
-        by_kind.insert(kind.to_owned(), among(&[kind])?);
-    }
-    by_kind.insert("all".to_owned(), among(&KINDS)?);
+    let [band, friction, lost_tooth] = KINDS.map(|kind| among(&[kind]));
+    let detectors =
+        FaultDetectors { band: band?, friction: friction?, lost_tooth: lost_tooth?, all: among(&KINDS)? };
     if file.exists() {
         std::fs::remove_file(file).map_err(|e| hysteron_base::Error::io(file, e))?;
     }
-    Ok(Some(json!({ "trained_on": training.len(), "tests": asked.len(), "detectors": by_kind })))
+    Ok(Some(FaultCell { trained_on: training.len(), tests: asked.len(), detectors }))
 }

@@ -1,9 +1,8 @@
 //! Table II: gradients of the loss by horizon.
 
-use hysteron_base::json;
 use hysteron_learn::TapePool;
-use serde_json::Value;
 
+use super::comparison::HorizonGradient;
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_learning::neural::{LossWeights, NeuralActuator, Segment, Trajectory, horizon_gradient};
 
@@ -21,7 +20,7 @@ pub(super) fn by_horizon(
     actuator: &NeuralActuator,
     model: &Model,
     trajectories: &[&Trajectory],
-) -> Result<Option<Vec<Value>>, hysteron_base::BadInput> {
+) -> Result<Option<Vec<HorizonGradient>>, hysteron_base::BadInput> {
     let simulation = actuator.simulation(model)?;
     let long: Vec<&Trajectory> = trajectories.iter().filter(|one| one.len() > HORIZONS[4]).copied().collect();
     if long.is_empty() {
@@ -40,11 +39,10 @@ pub(super) fn by_horizon(
     });
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let reference = &found[1].1;
-    let row = |(horizon, (torque, own)): (usize, &(f64, Vec<f64>))| {
-        let [size, other] = [own, reference].map(|g| dot(g, g).sqrt());
-        json!({
-            "steps": horizon, "by_torque": torque, "by_weights": size, "cosine": dot(own, reference) / (size * other),
-        })
+    let row = |(steps, (by_torque, own)): (usize, &(f64, Vec<f64>))| {
+        let [by_weights, other] = [own, reference].map(|g| dot(g, g).sqrt());
+        let cosine = dot(own, reference) / (by_weights * other);
+        HorizonGradient { steps, by_torque: *by_torque, by_weights, cosine }
     };
     Ok(Some(HORIZONS.into_iter().zip(&found).map(row).collect()))
 }

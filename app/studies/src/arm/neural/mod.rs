@@ -5,6 +5,7 @@
 //! in training; networks in the loop; faults of a motor that the published data set does not have.
 
 mod cells;
+mod comparison;
 mod data;
 mod faults;
 mod gradients;
@@ -18,6 +19,7 @@ mod study;
 mod tests;
 
 pub use cells::{FAULTS, LEFT_OUT, NETWORKS, NetworkKind, NeuralScope, NeuralSize};
+pub use comparison::{FaultCell, FaultDetectors, HorizonGradient, NeuralCell};
 pub use faults::{FAULT_SPLITS, KINDS};
 pub use options::Options;
 pub use outcome::Outcome;

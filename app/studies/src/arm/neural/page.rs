@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
-use hysteron_arm_learning::neural::{FORCES, METHODS};
-use hysteron_base::json;
+use hysteron_arm_learning::neural::{
+    ByHorizon, ByMethod, DetectorScores, FORCES, ForceScores, HORIZONS, METHODS, PoseScores, TaskTrace,
+};
 use hysteron_report::figure::{register_embedded_font, save};
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::{Page, write_metrics, write_page};
-use serde_json::Value;
 
+use super::comparison::{FaultCell, HorizonGradient, NeuralCell};
 use super::outcome::{Outcome, over_seeds};
 use super::published::{CONDITION, FREE, GRADIENTS, NETWORKS as TABLE_X, PosesRow, SENSOR, WEIGHT};
 use super::{FAULT_SPLITS, KINDS, LEFT_OUT, NETWORKS, NetworkKind, study::NeuralStudy};
@@ -37,7 +38,7 @@ pub(super) fn write(folder: &Path, study: &NeuralStudy, outcome: &Outcome) -> an
     );
     means(&mut page, study);
     poses(&mut page, study);
-    if study.published.iter().any(|cell| !cell["forces"]["force_gmo_drive"].is_null()) {
+    if study.published.iter().any(|cell| cell.forces.force_gmo_drive.is_some()) {
         forces(&mut page, study);
         table_vi(&mut page, study);
         conditions(&mut page, study);
@@ -45,22 +46,25 @@ pub(super) fn write(folder: &Path, study: &NeuralStudy, outcome: &Outcome) -> an
     }
     networks(&mut page, study);
     gradients(&mut page, study);
-    for trace in study.published.first().and_then(|cell| cell["traces"].as_array()).into_iter().flatten() {
-        if let Some(chart) = chart(trace) {
-            page.figure(&save(folder, &chart, false)?);
-        }
+    for trace in study.published.first().and_then(|cell| cell.traces.as_ref()).into_iter().flatten().flatten()
+    {
+        page.figure(&save(folder, &chart(trace), false)?);
     }
     write_page(folder, page.finish(&outcome.commit))
 }
 
-/// Errors of joints [deg] and of the aperture [mm], means of all tasks.
-fn joints_and_aperture(cells: &[Value], method: &str, steps: &str) -> String {
-    let mean = |key: &str| over_seeds(cells, &|cell| cell[key][method][steps].as_f64());
-    format!("{} | {}", text(mean("mean_deg"), 3), text(mean("mean_gripper_mm"), 3))
+/// Means of all tasks by every method, of one seed.
+type TaskMeans = fn(&NeuralCell) -> &ByMethod<ByHorizon<Option<f64>>>;
+
+/// Errors of joints [deg] and of the aperture [mm] by a method of [`METHODS`], means of all tasks.
+fn joints_and_aperture(cells: &[NeuralCell], method: usize, steps: usize) -> String {
+    let mean = |of: TaskMeans| over_seeds(cells, &|cell| *of(cell).values()[method].over(steps)?);
+    let [joints, aperture]: [TaskMeans; 2] = [|cell| &cell.mean_deg, |cell| &cell.mean_gripper_mm];
+    format!("{} | {}", text(mean(joints), 3), text(mean(aperture), 3))
 }
 
 /// Splits that have been done, with their cells.
-fn splits(study: &NeuralStudy) -> impl Iterator<Item = (&'static str, &Vec<Value>)> {
+fn splits(study: &NeuralStudy) -> impl Iterator<Item = (&'static str, &Vec<NeuralCell>)> {
     let left = LEFT_OUT.iter().zip(&study.left_out).map(|((name, _), cells)| (*name, cells));
     std::iter::once(("published split", &study.published)).chain(left).filter(|(_, cells)| !cells.is_empty())
 }
@@ -69,19 +73,19 @@ fn means(page: &mut Page, study: &NeuralStudy) {
     page.heading("Mean of tasks over the first steps: joints [deg] | aperture [mm]");
     let mut rows = Vec::new();
     for (split, cells) in splits(study) {
-        for method in METHODS {
-            let at = |steps: &str| joints_and_aperture(cells, method, steps);
-            rows.push(vec![split.to_owned(), method.to_owned(), at("100"), at("300"), at("500"), at("600")]);
+        for (k, method) in METHODS.iter().enumerate() {
+            let cells = HORIZONS.map(|steps| joints_and_aperture(cells, k, steps));
+            rows.push([split, *method].map(str::to_owned).into_iter().chain(cells).collect());
         }
     }
     page.table(&["Split", "By", "100 steps", "300", "500", "600"], rows);
 }
 
 fn poses(page: &mut Page, study: &NeuralStudy) {
-    let tables: [(&str, &str, &[PosesRow], [&str; 3]); 3] = [
-        ("III, free motion", "force_unlabeled", &FREE, ["100", "300", "600"]),
-        ("IV, pushes and references without contact", "force_sensor", &SENSOR, ["100", "300", "500"]),
-        ("V, weights", "weight", &WEIGHT, ["100", "300", "600"]),
+    let tables: [(&str, &str, &[PosesRow], [usize; 3]); 3] = [
+        ("III, free motion", "force_unlabeled", &FREE, [100, 300, 600]),
+        ("IV, pushes and references without contact", "force_sensor", &SENSOR, [100, 300, 500]),
+        ("V, weights", "weight", &WEIGHT, [100, 300, 600]),
     ];
     for (title, subset, rows, horizons) in tables {
         for (k, steps) in horizons.into_iter().enumerate() {
@@ -93,14 +97,12 @@ fn poses(page: &mut Page, study: &NeuralStudy) {
                 rows.iter().map(|(_, published)| published[k][joint]).sum::<f64>() / rows.len() as f64
             };
             let row = |name: &str, tasks: &[&str], published: &dyn Fn(usize) -> String| {
-                let cell = |(m, method): (usize, &&str)| {
+                let cell = |m: usize| {
                     let one = |joint: usize| {
-                        let of = |cell: &Value| {
+                        let of = |cell: &NeuralCell| {
                             mean_of(tasks.iter().map(|task| {
-                                pose_error(
-                                    &task_of(cell, &format!("{subset}/{task}"))?["poses"][*method][steps],
-                                    joint,
-                                )
+                                let found = cell.task(&format!("{subset}/{task}"))?;
+                                pose_error(found.poses.values()[m].over(steps)?, joint)
                             }))
                         };
                         let ours = over_seeds(&study.published, &of).map(|(mean, _)| (mean, None));
@@ -111,9 +113,7 @@ fn poses(page: &mut Page, study: &NeuralStudy) {
                     };
                     format!("{} | {}", (0..4).map(one).collect::<Vec<_>>().join(" / "), one(4))
                 };
-                std::iter::once(name.to_owned())
-                    .chain(METHODS.iter().enumerate().map(cell))
-                    .collect::<Vec<_>>()
+                std::iter::once(name.to_owned()).chain((0..METHODS.len()).map(cell)).collect::<Vec<_>>()
             };
             let of_task =
                 |(task, published): &PosesRow| row(task, &[task], &|joint| published[k][joint].to_string());
@@ -131,13 +131,12 @@ fn mean_of(values: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
 }
 
 /// Error of a joint [deg], or beyond the joints of the aperture [mm].
-fn pose_error(scores: &Value, joint: usize) -> Option<f64> {
-    scores["joints_deg"].get(joint).unwrap_or(&scores["gripper_mm"]).as_f64()
+fn pose_error(scores: &PoseScores, joint: usize) -> Option<f64> {
+    scores.joints_deg.get(joint).copied().or(scores.gripper_mm)
 }
 
-fn task_of<'a>(cell: &'a Value, name: &str) -> Option<&'a Value> {
-    cell["tasks"].as_array()?.iter().find(|task| task["task"] == name)
-}
+/// A number of a source of force.
+type ForceScore = fn(&ForceScores) -> f64;
 
 fn forces(page: &mut Page, study: &NeuralStudy) {
     page.heading("Force on the tip [N]");
@@ -145,13 +144,13 @@ fn forces(page: &mut Page, study: &NeuralStudy) {
         "Mean of three axes over all labelled samples, as published, and under force; the axis with most of the force; the length of the error; \
          contacts where there is none. GMO-linear is the paper's observer, GMO-drive the one that the network's force is added to.",
     );
-    let keys = [
-        "mean_of_axes_n",
-        "loaded_mean_of_axes_n",
-        "loaded_axis_n",
-        "loaded_norm_n",
-        "false_contact",
-        "missed_contact",
+    let scores: [ForceScore; 6] = [
+        |own| own.mean_of_axes_n,
+        |own| own.loaded_mean_of_axes_n,
+        |own| own.loaded_axis_n,
+        |own| own.loaded_norm_n,
+        |own| own.false_contact,
+        |own| own.missed_contact,
     ];
     let head = [
         "Split",
@@ -165,13 +164,13 @@ fn forces(page: &mut Page, study: &NeuralStudy) {
     ];
     let mut rows = Vec::new();
     for (split, cells) in splits(study) {
-        for (key, name) in FORCES {
-            if cells.iter().all(|cell| cell["forces"][key].is_null()) {
+        for (k, (_, name)) in FORCES.into_iter().enumerate() {
+            if cells.iter().all(|cell| cell.forces.values()[k].is_none()) {
                 continue;
             }
-            let cell = |own: &&str| text(over_seeds(cells, &|cell| cell["forces"][key][*own].as_f64()), 3);
+            let cell = |own: ForceScore| text(over_seeds(cells, &|cell| cell.forces.values()[k].map(own)), 3);
             let names = [split.to_owned(), name.to_owned()];
-            rows.push(names.into_iter().chain(keys.iter().map(cell)).collect::<Vec<_>>());
+            rows.push(names.into_iter().chain(scores.map(cell)).collect::<Vec<_>>());
         }
     }
     page.table(&head, rows);
@@ -181,37 +180,41 @@ fn table_vi(page: &mut Page, study: &NeuralStudy) {
     page.heading("Table VI: mean of three axes over labelled samples | loaded axis [N]");
     let tasks = TASKS;
     let head: Vec<&str> = std::iter::once("By").chain(tasks).collect();
-    let names = [("force", "NeuralActuator"), ("force_gmo_linear", "GMO-linear"), ("force_gmo_drive", "")];
-    let row = |(key, published): (&str, &str)| {
+    let names = ["NeuralActuator", "GMO-linear", ""];
+    let row = |((at, (_, name)), published): ((usize, &(&str, &str)), &str)| {
         let known = TABLE_VI.iter().find(|(name, _)| *name == published);
         let cell = |(k, task): (usize, &&str)| {
-            let name = format!("weight/{task}");
-            let of = |own: &'static str| {
-                over_seeds(&study.published, &|cell| task_of(cell, &name)?["forces"][key][own].as_f64())
+            let task = format!("weight/{task}");
+            let of = |own: ForceScore| {
+                over_seeds(&study.published, &|cell| cell.task(&task)?.forces.values()[at].map(own))
             };
             let brackets = known.map_or_else(String::new, |(_, values)| format!(" ({})", values[k]));
-            format!("{}{brackets} | {}", text(of("mean_of_axes_n"), 2), text(of("loaded_axis_n"), 2))
+            format!(
+                "{}{brackets} | {}",
+                text(of(|own| own.mean_of_axes_n), 2),
+                text(of(|own| own.loaded_axis_n), 2)
+            )
         };
-        let name = FORCES.iter().find(|(own, _)| *own == key).map_or("", |(_, name)| name);
-        std::iter::once(name.to_owned()).chain(tasks.iter().enumerate().map(cell)).collect::<Vec<_>>()
+        std::iter::once((*name).to_owned()).chain(tasks.iter().enumerate().map(cell)).collect::<Vec<_>>()
     };
-    page.table(&head, names.map(row));
+    page.table(&head, FORCES.iter().enumerate().zip(names).map(row));
 }
 
 fn conditions(page: &mut Page, study: &NeuralStudy) {
     page.heading("Table VII: condition of the third motor, windows of 64 samples");
     let mut rows = Vec::new();
     for (split, cells) in splits(study) {
-        let Some(found) = cells.first().and_then(|cell| cell["detectors"].as_array()) else { continue };
+        let Some(found) = cells.first().and_then(|cell| cell.detectors.as_ref()) else { continue };
         for (k, detector) in found.iter().enumerate() {
-            let name = detector["name"].as_str().unwrap_or_default();
+            let name = &detector.name[..];
             let known = CONDITION.iter().find(|(known, _)| *known == name && split == "published split");
-            let cell = |(at, key): (usize, &str)| {
-                let ours = over_seeds(cells, &|cell| cell["detectors"][k][key].as_f64());
+            let cell = |(at, score): (usize, fn(&DetectorScores) -> f64)| {
+                let ours = over_seeds(cells, &|cell| cell.detectors.as_ref()?.get(k).map(score));
                 let brackets = known.map_or_else(String::new, |(_, values)| format!(" ({})", values[at]));
                 format!("{}{brackets}", text(ours, 3))
             };
-            let values = ["accuracy", "area"].into_iter().enumerate().map(cell);
+            let scores: [fn(&DetectorScores) -> f64; 2] = [|one| one.accuracy, |one| one.area];
+            let values = scores.into_iter().enumerate().map(cell);
             rows.push([split, name].map(str::to_owned).into_iter().chain(values).collect::<Vec<_>>());
         }
     }
@@ -229,16 +232,13 @@ fn faults(page: &mut Page, study: &NeuralStudy) {
     );
     let mut rows = Vec::new();
     for ((split, _), cells) in FAULT_SPLITS.iter().zip(&study.faults) {
-        let Some(found) = cells.first().and_then(|cell| cell["detectors"]["all"].as_array()) else {
-            continue;
-        };
-        for (k, detector) in found.iter().enumerate() {
-            let of = |kind: &&str| {
-                text(over_seeds(cells, &|cell| cell["detectors"][*kind][k]["area"].as_f64()), 3)
-            };
-            let name = detector["name"].as_str().unwrap_or_default();
-            let values = KINDS.iter().chain(&["all"]).map(of);
-            rows.push([*split, name].map(str::to_owned).into_iter().chain(values).collect::<Vec<_>>());
+        let Some(first) = cells.first() else { continue };
+        for (k, detector) in first.detectors.all.iter().enumerate() {
+            let area = |cell: &FaultCell, kind: usize| Some(cell.detectors.values()[kind].get(k)?.area);
+            let values = (0..=KINDS.len()).map(|kind| text(over_seeds(cells, &|cell| area(cell, kind)), 3));
+            rows.push(
+                [*split, &detector.name].map(str::to_owned).into_iter().chain(values).collect::<Vec<_>>(),
+            );
         }
     }
     page.table(&["Split", "Detector", "Band", "Friction", "Lost tooth", "All"], rows);
@@ -251,10 +251,10 @@ fn networks(page: &mut Page, study: &NeuralStudy) {
          inverse dynamics. A perceptron with residual layers sees one sample and stands for networks without history.",
     );
     let cells = std::iter::once(&study.published).chain(&study.networks);
-    let row = |(network, cells): (&NetworkKind, &Vec<Value>)| {
-        let at = |method: usize| joints_and_aperture(cells, METHODS[method], "500");
-        let parameters = cells.first().and_then(|cell| cell["parameters"].as_u64()).unwrap_or(0);
-        let more = [0, 1].map(|method: usize| difference(cells, &study.published, METHODS[method]));
+    let row = |(network, cells): (&NetworkKind, &Vec<NeuralCell>)| {
+        let at = |method: usize| joints_and_aperture(cells, method, 500);
+        let parameters = cells.first().map_or(0, |cell| cell.parameters);
+        let more = [0, 1].map(|method: usize| difference(cells, &study.published, method));
         [network.name.to_owned(), parameters.to_string(), at(0), at(1)]
             .into_iter()
             .chain(more)
@@ -263,7 +263,7 @@ fn networks(page: &mut Page, study: &NeuralStudy) {
     // Baselines have no seed.
     let once = study.published.get(..1).unwrap_or_default();
     let baselines = [2, 3, 4].map(|method: usize| {
-        let cell = joints_and_aperture(once, METHODS[method], "500");
+        let cell = joints_and_aperture(once, method, 500);
         [METHODS[method], "-", "-", &cell, "-", "-"].map(str::to_owned).to_vec()
     });
     let head = [
@@ -286,93 +286,115 @@ fn networks(page: &mut Page, study: &NeuralStudy) {
 }
 
 /// Error of the joints [deg] less that of the first network with the same seed.
-fn difference(cells: &[Value], first: &[Value], method: &str) -> String {
-    let of = |cell: &Value| cell["mean_deg"][method]["500"].as_f64();
-    let pairs = cells.iter().zip(first).map(|(own, first)| json!(of(own).zip(of(first)).map(|(a, b)| a - b)));
-    let pairs: Vec<Value> = pairs.collect();
-    text(over_seeds(&pairs, &Value::as_f64), 3)
+fn difference(cells: &[NeuralCell], first: &[NeuralCell], method: usize) -> String {
+    let of = |cell: &NeuralCell| cell.mean_deg.values()[method].steps_500;
+    let pairs: Vec<(&NeuralCell, &NeuralCell)> = cells.iter().zip(first).collect();
+    text(over_seeds(&pairs, &|(own, first)| Some(of(own)? - of(first)?)), 3)
 }
 
 fn gradients(page: &mut Page, study: &NeuralStudy) {
-    let Some(rows) = study.published.first().and_then(|cell| cell["gradients"].as_array()) else { return };
+    let Some(rows) = study.published.first().and_then(|cell| cell.gradients.as_ref()) else { return };
     page.heading("Table II: gradients by horizon");
-    let row = |own: &Value| {
-        let steps = own["steps"].as_u64().unwrap_or(0);
-        let known = GRADIENTS.iter().find(|(known, _)| *known as u64 == steps).map(|(_, values)| values);
-        let cell = |(k, key): (usize, &str)| {
+    let row = |own: &HorizonGradient| {
+        let known = GRADIENTS.iter().find(|(known, _)| *known == own.steps).map(|(_, values)| values);
+        let cell = |(k, value): (usize, f64)| {
             let published = known.map_or_else(String::new, |values| format!(" ({})", values[k]));
-            format!("{:.3e}{published}", own[key].as_f64().unwrap_or(f64::NAN))
+            format!("{value:.3e}{published}")
         };
-        let values = ["by_torque", "by_weights", "cosine"].into_iter().enumerate().map(cell);
-        std::iter::once(steps.to_string()).chain(values).collect::<Vec<_>>()
+        let values = [own.by_torque, own.by_weights, own.cosine].into_iter().enumerate().map(cell);
+        std::iter::once(own.steps.to_string()).chain(values).collect::<Vec<_>>()
     };
     page.table(&["Steps", "By torque", "By weights", "Cosine with 128 steps"], rows.iter().map(row));
 }
 
 /// How far a rollout is from what was measured, joint by joint, and the force.
-fn chart(trace: &Value) -> Option<TimeChart> {
-    let numbers = |value: &Value| -> Option<Vec<f64>> {
-        value.as_array()?.iter().map(|x| Some(x.as_f64().unwrap_or(f64::NAN))).collect()
-    };
-    let time = numbers(&trace["time_s"])?;
-    let joints = trace["measured_rad"].as_array()?;
+fn chart(trace: &TaskTrace) -> TimeChart {
     let mut panels = Vec::new();
-    for (j, measured) in joints.iter().enumerate() {
-        let (measured, mut curves) = (numbers(measured)?, Vec::new());
+    for (j, measured) in trace.measured_rad.iter().enumerate() {
+        let mut curves = Vec::new();
         for (k, method) in [(0, "network"), (1, "network, pure"), (4, "servo")] {
-            let values = numbers(&trace["methods_rad"][k][j])?;
-            let off = values.iter().zip(&measured).map(|(x, measured)| (x - measured).to_degrees());
+            let values = trace.methods_rad.get(k).and_then(|joints| joints.get(j)).into_iter().flatten();
+            let off = values.zip(measured).map(|(x, measured)| (x - measured).to_degrees());
             curves.push(Curve::new(method, curves.len() + 1, off.collect()));
         }
         panels.push(TimePanel::new(format!("joint {} [deg]", j + 1), curves));
     }
-    let mut curves = vec![Curve::new("label", 0, numbers(&trace["label_n"])?)];
-    for (k, (_, name)) in FORCES.iter().enumerate() {
-        if let Some(values) = numbers(&trace["forces_n"][k]) {
-            curves.push(Curve::new(*name, curves.len(), values));
+    let mut curves = vec![Curve::new("label", 0, trace.label_n.clone())];
+    for ((_, name), values) in FORCES.iter().zip(&trace.forces_n) {
+        if let Some(values) = values {
+            curves.push(Curve::new(*name, curves.len(), values.clone()));
         }
     }
     panels.push(TimePanel::new("force along z [N]".to_owned(), curves));
-    let task = trace["task"].as_str()?;
-    let name = task.replace('/', "-");
-    let title = format!("Errors of a rollout, and force: {}", task.replace('_', " "));
+    let name = trace.task.replace('/', "-");
+    let title = format!("Errors of a rollout, and force: {}", trace.task.replace('_', " "));
     let caption = "Simulated less measured angles of a test trajectory from its recorded initial state, and the force along z, whose label is 0 where there is \
                    none: also while a table carries an object that is held.";
-    Some(TimeChart::over_time(&name, &title, caption, &time, panels))
+    TimeChart::over_time(&name, &title, caption, &trace.time_s, panels)
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
+    use hysteron_arm_learning::neural::{
+        ActuatorComparison, ComparisonFormat, ForceSource, ForcesBySource, TaskScores,
+    };
+
+    use super::super::comparison::FaultDetectors;
     use super::*;
 
     /// The comparison of one seed: every number has a place of its own behind the point, and the seed before it.
-    fn cell(seed: f64) -> Value {
-        let by_method = |value: &dyn Fn(usize) -> Value| -> Value {
-            METHODS.iter().enumerate().map(|(m, name)| ((*name).to_owned(), value(m))).collect()
-        };
-        let steps = |value: Value| json!({ "100": value, "300": value, "500": value, "600": value });
+    fn cell(seed: f64) -> NeuralCell {
         let pose = |m: usize| {
-            let joints: Vec<f64> = (0..4).map(|j| seed + 0.1 * m as f64 + 0.01 * f64::from(j)).collect();
-            steps(json!({ "joints_deg": joints, "gripper_mm": seed + 0.09 }))
+            let joints = (0..4).map(|j| seed + 0.1 * m as f64 + 0.01 * f64::from(j)).collect();
+            let (gripper_mm, trajectories) = (Some(seed + 0.09), 1);
+            ByHorizon::from_fn(|_| PoseScores { joints_deg: Vec::clone(&joints), gripper_mm, trajectories })
         };
-        let force = json!({ "mean_of_axes_n": seed + 0.1, "loaded_mean_of_axes_n": seed + 0.2, "loaded_axis_n": seed + 0.3,
-            "loaded_norm_n": seed + 0.4, "false_contact": seed + 0.5, "missed_contact": seed + 0.6 });
-        let forces: Value = FORCES.iter().map(|(key, _)| ((*key).to_owned(), force.clone())).collect();
+        let force = ForceScores {
+            mean_of_axes_n: seed + 0.1,
+            loaded_mean_of_axes_n: seed + 0.2,
+            loaded_axis_n: seed + 0.3,
+            loaded_norm_n: seed + 0.4,
+            false_contact: seed + 0.5,
+            missed_contact: seed + 0.6,
+            samples: [2, 1],
+        };
+        let forces = ForcesBySource::from_fn(|_| Some(force.clone()));
         let subsets: [(&str, &[PosesRow]); 3] =
             [("force_unlabeled", &FREE), ("force_sensor", &SENSOR), ("weight", &WEIGHT)];
         let tasks = subsets
             .iter()
             .flat_map(|(subset, rows)| rows.iter().map(move |(task, _)| format!("{subset}/{task}")));
-        let task = |task| json!({ "task": task, "poses": by_method(&pose), "forces": forces });
-        let detectors = json!([{ "name": CONDITION[0].0, "accuracy": seed + 0.7, "area": seed + 0.8 }]);
-        json!({
-            "mean_deg": by_method(&|m| steps(json!(seed + 0.1 * m as f64))),
-            "mean_gripper_mm": by_method(&|m| steps(json!(seed + 0.01 * m as f64))),
-            "tasks": tasks.map(task).collect::<Vec<_>>(), "forces": forces, "detectors": detectors, "parameters": 1234,
-            "gradients": [{ "steps": 64, "by_torque": 1e-3, "by_weights": 2e-3, "cosine": 0.5 }],
-        })
+        let task = |task| TaskScores {
+            task,
+            trajectories: 1,
+            poses: ByMethod::from_fn(pose),
+            forces: forces.clone(),
+        };
+        let mean = |step: f64| ByMethod::from_fn(|m| ByHorizon::from_fn(|_| Some(seed + step * m as f64)));
+        let numbers = ActuatorComparison {
+            format: ComparisonFormat::Evaluation,
+            version: 2,
+            mean_deg: mean(0.1),
+            mean_gripper_mm: mean(0.01),
+            forces: forces.clone(),
+            force_from: ForceSource::Observer,
+            condition_accuracy_auc: None,
+            tasks: tasks.map(task).collect(),
+            left_out: None,
+            trained_on: 1,
+        };
+        let gradient = HorizonGradient { steps: 64, by_torque: 1e-3, by_weights: 2e-3, cosine: 0.5 };
+        NeuralCell {
+            detectors: Some(vec![detector(CONDITION[0].0, seed + 0.7, seed + 0.8)]),
+            gradients: Some(vec![gradient]),
+            ..NeuralCell::new(numbers, 1.0, [1234, 1])
+        }
+    }
+
+    fn detector(name: &str, accuracy: f64, area: f64) -> DetectorScores {
+        DetectorScores { name: name.to_owned(), accuracy, area }
     }
 
     fn page_of(study: &NeuralStudy) -> String {
@@ -411,16 +433,14 @@ mod tests {
     #[test]
     fn every_cell_stands_below_its_heading_with_the_interval_of_its_mean() {
         let seeds = vec![cell(1.0), cell(2.0)];
-        let detectors: Value = KINDS
-            .iter()
-            .chain(&["all"])
-            .map(|kind| ((*kind).to_owned(), json!([{ "name": "a", "area": 0.9 }])))
-            .collect();
+        let [band, friction, lost_tooth, all] =
+            [0.6, 0.7, 0.8, 0.9].map(|area| vec![detector("a", 0.5, area)]);
+        let detectors = FaultDetectors { band, friction, lost_tooth, all };
         let study = NeuralStudy {
             published: seeds.clone(),
             left_out: vec![seeds.clone(); LEFT_OUT.len()],
             networks: vec![seeds; NETWORKS.len() - 1],
-            faults: vec![vec![json!({ "detectors": detectors })]; FAULT_SPLITS.len()],
+            faults: vec![vec![FaultCell { trained_on: 1, tests: 1, detectors }]; FAULT_SPLITS.len()],
         };
         let tables = tables(&page_of(&study));
         for (heading, rows) in &tables {
@@ -445,6 +465,8 @@ mod tests {
         assert!(own[2].starts_with("2.200 ± 6.355 (") && own[3].starts_with("2.300 ± 6.355 ("), "{own:?}");
         let own = row("Table X", &[NETWORKS[1].name]);
         assert_eq!(own[1..3], ["1234", "1.500 ± 6.355 | 1.500 ± 6.355"]);
+        let own = row("Faults", &[FAULT_SPLITS[0].0]);
+        assert_eq!(own[1..], ["a", "0.600", "0.700", "0.800", "0.900"]);
     }
 
     #[test]

@@ -8,9 +8,9 @@ use hysteron_base::json;
 use hysteron_learn::{Error, Result, TrainingProgress};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use super::cells::{FAULTS, LEFT_OUT, NETWORKS, NetworkKind, NeuralScope, NeuralSize, Protocol};
+use super::comparison::{FaultCell, NeuralCell};
 use super::faults::{FAULT_SPLITS, fault_cell};
 use super::gradients::by_horizon;
 use super::{NeuralData, Split};
@@ -21,21 +21,27 @@ use hysteron_arm_learning::neural::{
     ActuatorOptions, ActuatorSession, BaselineComparison, Trajectory, fit_actuator,
 };
 
-/// The study: every cell is a comparison as `BaselineComparison::summary` has it.
+/// The study, split by split and network by network.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct NeuralStudy {
     /// The first network of [`NETWORKS`] on the published split, seed by seed.
-    pub published: Vec<Value>,
+    pub published: Vec<NeuralCell>,
     /// Splits of [`LEFT_OUT`], seed by seed; empty where networks alone are compared, as are faults.
-    pub left_out: Vec<Vec<Value>>,
+    pub left_out: Vec<Vec<NeuralCell>>,
     /// Networks of [`NETWORKS`] but the first, seed by seed.
-    pub networks: Vec<Vec<Value>>,
+    pub networks: Vec<Vec<NeuralCell>>,
     /// Splits of [`FAULT_SPLITS`], seed by seed; empty without such data.
-    pub faults: Vec<Vec<Value>>,
+    pub faults: Vec<Vec<FaultCell>>,
 }
 
 /// Tasks that figures show.
 const SHOWN: [&str; 3] = ["force_unlabeled/sweep_2", "force_sensor/z_minus", "weight/pick_place_object_300g"];
+
+/// A cell that is done.
+enum Done {
+    Compared(Box<NeuralCell>),
+    Faults(FaultCell),
+}
 
 /// One cell that is to be done.
 struct Plan {
@@ -122,26 +128,35 @@ pub(super) fn study_with<I: Serialize + Sync>(
     let compute = |k: usize, progress: &mut dyn FnMut(&TrainingProgress) -> bool| {
         let (plan, options) = (&plans[k], options(&plans[k]));
         let identity = json!({ "study": "neural", "version": 4, "data": identity, "options": options });
-        cell(folder, &plan.name, &identity, || {
-            if let Protocol::Faults(_) = plan.protocol {
-                let file = folder.join(format!("{}.training", plan.name));
-                return fault_cell((model, data), plan.protocol, &options, &file, progress);
-            }
-            compared(folder, (model, data), plan, &options, progress)
-        })
+        if let Protocol::Faults(_) = plan.protocol {
+            let file = folder.join(format!("{}.training", plan.name));
+            let fit = || fault_cell((model, data), plan.protocol, &options, &file, progress);
+            return Ok(cell(folder, &plan.name, &identity, fit)?.map(Done::Faults));
+        }
+        let compare = || compared(folder, (model, data), plan, &options, progress);
+        Ok(cell(folder, &plan.name, &identity, compare)?.map(|row| Done::Compared(Box::new(row))))
     };
     let names: Vec<&str> = plans.iter().map(|plan| plan.name.as_str()).collect();
     let Some(found) = side_by_side(at_once(), &names, listener, &compute)? else { return Ok(None) };
-    let done: BTreeMap<&str, Value> = names.iter().copied().zip(found).collect();
-    let rows = |name: &str| -> Vec<Value> {
-        seeds.clone().filter_map(|seed| done.get(format!("{name}-{seed}").as_str()).cloned()).collect()
-    };
+    let (mut comparisons, mut faults) = (BTreeMap::new(), BTreeMap::new());
+    for (name, done) in names.iter().copied().zip(found) {
+        match done {
+            Done::Compared(row) => drop(comparisons.insert(name, *row)),
+            Done::Faults(row) => drop(faults.insert(name, row)),
+        }
+    }
+    let rows = |name: &str| by_seed(&comparisons, name, &seeds);
     Ok(Some(NeuralStudy {
         published: rows(published(scope)),
         left_out: LEFT_OUT.iter().map(|(name, _)| rows(name)).collect(),
         networks: NETWORKS[1..].iter().map(|network| rows(network.file)).collect(),
-        faults: FAULT_SPLITS.iter().map(|(name, _)| rows(name)).collect(),
+        faults: FAULT_SPLITS.iter().map(|(name, _)| by_seed(&faults, name, &seeds)).collect(),
     }))
+}
+
+/// The cells of this name, seed by seed.
+fn by_seed<C: Clone>(done: &BTreeMap<&str, C>, name: &str, seeds: &Range<u64>) -> Vec<C> {
+    seeds.clone().filter_map(|seed| done.get(format!("{name}-{seed}").as_str()).cloned()).collect()
 }
 
 /// A cell: trains an actuator and compares it.
@@ -151,7 +166,7 @@ fn compared(
     plan: &Plan,
     options: &ActuatorOptions,
     listener: &mut dyn FnMut(&TrainingProgress) -> bool,
-) -> Result<Option<Value>> {
+) -> Result<Option<NeuralCell>> {
     let of = |split: Split| -> Vec<Trajectory> {
         let own = data.samples.iter().filter(|one| plan.protocol.uses(one, split));
         own.map(|one| one.trajectory.clone()).collect()
@@ -184,10 +199,8 @@ fn compared(
         }
         comparison.add(task.to_owned(), trajectories)?;
     }
-    let mut row = json!(comparison.summary());
-    row["validation_deg"] = json!(found.validation);
-    row["parameters"] = json!(options.shape(&data.features).n_parameters());
-    row["trained_on"] = json!(training.len());
+    let counts = [options.shape(&data.features).n_parameters(), training.len()];
+    let mut row = NeuralCell::new(comparison.summary(), found.validation, counts);
     if plan.has_sensing {
         let conditions: Vec<Trajectory> = data
             .samples
@@ -196,13 +209,13 @@ fn compared(
             .map(|one| one.trajectory.clone())
             .collect();
         // Where one condition is missing, no detector can be evaluated.
-        row["detectors"] = json!(comparison.detectors("motor_condition", &conditions).ok());
+        row.detectors = comparison.detectors("motor_condition", &conditions).ok();
     }
     if plan.protocol == Protocol::Published && plan.seed == 0 && plan.has_sensing {
-        row["traces"] = json!(SHOWN.map(|task| comparison.trace(task, data.period)));
+        row.traces = Some(SHOWN.map(|task| comparison.trace(task, data.period)).to_vec());
         let tests: Vec<&Trajectory> =
             data.samples.iter().filter(|one| one.split == Split::Test).map(|one| &one.trajectory).collect();
-        row["gradients"] = json!(by_horizon(&actuator, model, &tests)?);
+        row.gradients = by_horizon(&actuator, model, &tests)?;
         actuator.write(&folder.join(format!("{}.safetensors", plan.name)))?;
     }
     for file in files.iter().filter(|file| file.exists()) {

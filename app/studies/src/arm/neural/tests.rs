@@ -5,11 +5,10 @@ use std::path::Path;
 
 use hysteron_arm_fixtures::recordings::{Case, JOINTS, PERIOD, recording};
 use hysteron_base::json;
-use serde_json::Value;
 
 use super::cells::{NETWORKS, NetworkKind, NeuralScope, NeuralSize};
 use super::study::{Asked, study_with};
-use super::{NeuralData, NeuralStudy, Sample, Split};
+use super::{NeuralCell, NeuralData, NeuralStudy, Sample, Split};
 use crate::runner::StudyProgress;
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_learning::neural::{
@@ -67,7 +66,7 @@ fn tiny(kind: &NetworkKind, seed: u64) -> ActuatorOptions {
     options
 }
 
-fn run(folder: &Path, data: &NeuralData, identity: &Value, last: usize) -> (Option<NeuralStudy>, usize) {
+fn run(folder: &Path, data: &NeuralData, identity: &&str, last: usize) -> (Option<NeuralStudy>, usize) {
     let model = Model::builtin("open-manipulator-x").unwrap();
     let mut reports = 0;
     let mut listener = |p: &StudyProgress<'_>| {
@@ -82,7 +81,7 @@ fn run(folder: &Path, data: &NeuralData, identity: &Value, last: usize) -> (Opti
 
 #[test]
 fn every_cell_is_done_once_and_an_interrupted_study_goes_on_to_the_same_numbers() {
-    let (data, identity) = (data(), json!("small"));
+    let (data, identity) = (data(), "small");
     let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
     let (whole, reports) = run(folders[0].path(), &data, &identity, usize::MAX);
     let whole = whole.unwrap();
@@ -91,37 +90,29 @@ fn every_cell_is_done_once_and_an_interrupted_study_goes_on_to_the_same_numbers(
         (whole.published.len(), whole.left_out.len(), whole.networks.len()),
         (1, 2, NETWORKS.len() - 1)
     );
-    let tasks = |cell: &Value| -> Vec<String> {
-        cell["tasks"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(|task| task["task"].as_str().unwrap().to_owned())
-            .collect()
-    };
+    let tasks =
+        |cell: &NeuralCell| -> Vec<String> { cell.tasks.iter().map(|task| task.task.clone()).collect() };
     assert_eq!(tasks(&whole.published[0]).len(), 6);
     // No test task is in training, and all of them are evaluated.
     assert_eq!(tasks(&whole.left_out[0][0]), ["weight/lift_500g"]);
-    assert_eq!(whole.left_out[0][0]["tasks"][0]["trajectories"], 4);
+    assert_eq!(whole.left_out[0][0].tasks[0].trajectories, 4);
     for cell in whole.published.iter().chain(whole.left_out.iter().flatten()) {
-        assert!(cell["forces"]["force"]["loaded_axis_n"].as_f64().unwrap() > 0.0);
-        assert!(cell["forces"]["force_gmo_drive"]["loaded_axis_n"].as_f64().unwrap() > 0.0);
+        let [network, _, observer, _] = cell.forces.values();
+        assert!(network.unwrap().loaded_axis_n > 0.0 && observer.unwrap().loaded_axis_n > 0.0);
     }
-    assert_eq!(whole.published[0]["detectors"].as_array().unwrap().len(), 6);
+    assert_eq!(whole.published[0].detectors.as_ref().unwrap().len(), 6);
     // Faults that the published set does not have are in training in their own cells alone.
     let [all, left_out] = [0, 1].map(|k: usize| &whole.faults[k][0]);
-    assert_eq!([&all["trained_on"], &left_out["trained_on"]], [28, 18].map(|n| json!(n)).each_ref());
-    assert_eq!([&all["tests"], &left_out["tests"]], [8, 16].map(|n| json!(n)).each_ref());
+    assert_eq!([all.trained_on, left_out.trained_on], [28, 18]);
+    assert_eq!([all.tests, left_out.tests], [8, 16]);
     for cell in [all, left_out] {
-        for kind in ["band", "friction", "lost_tooth", "all"] {
-            let found = cell["detectors"][kind].as_array().unwrap();
-            let of =
-                |name: &str| found.iter().find(|one| one["name"] == name).unwrap()["area"].as_f64().unwrap();
-            assert!(of(EVIDENCE) > 0.95, "{kind}: {found:?}");
+        for found in cell.detectors.values() {
+            let evidence = found.iter().find(|one| one.name == EVIDENCE).unwrap();
+            assert!(evidence.area > 0.95, "{:?}", cell.detectors);
         }
     }
     // Those without a network of force give it in the loop only where they fit it there: not next to a servo.
-    assert!(whole.networks[0][0]["forces"]["force_gmo_drive"].is_null());
+    assert!(whole.networks[0][0].forces.force_gmo_drive.is_none());
 
     let (again, trained) = run(folders[0].path(), &data, &identity, usize::MAX);
     assert!(json!(again.unwrap()) == json!(whole) && trained == 0, "{trained} reports of a training");
@@ -141,11 +132,11 @@ fn every_cell_is_done_once_and_an_interrupted_study_goes_on_to_the_same_numbers(
     let about = (&model, &data, &identity);
     let alone = study_with(folders[0].path(), about, networks.clone(), &mut |_| true).unwrap().unwrap();
     assert!(json!(alone.networks) == json!(whole.networks));
-    assert_eq!(alone.published[0]["mean_deg"], whole.published[0]["mean_deg"]);
-    assert!(alone.published[0]["forces"]["force_gmo_drive"].is_null());
-    assert!(alone.left_out.iter().chain(&alone.faults).all(Vec::is_empty));
+    assert_eq!(alone.published[0].mean_deg, whole.published[0].mean_deg);
+    assert!(alone.published[0].forces.force_gmo_drive.is_none());
+    assert!(alone.left_out.iter().all(Vec::is_empty) && alone.faults.iter().all(Vec::is_empty));
 
-    let other = json!("another");
+    let other = "another";
     let about = (&model, &data, &other);
     let refused = study_with(folders[0].path(), about, networks, &mut |_| true).unwrap_err().to_string();
     assert!(refused.contains("a cell of this study"), "{refused}");
