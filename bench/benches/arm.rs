@@ -153,7 +153,7 @@ fn learned_torque(criterion: &mut Criterion) {
         };
         let parameters = shape.initial_parameters(1);
         let weights: Vec<f32> = parameters.iter().map(|p| *p as f32).collect();
-        let mut stream = LearnedDynamics { shape, parameters, details: serde_json::Value::Null }.stream();
+        let mut stream = LearnedDynamics { shape, parameters }.stream();
         let [q, dq, ddq] = states(n);
         let (mut tau, mut k) = (vec![0.0; n], 0);
         let name = format!("delan/7 joints/2x128/{activation:?}").to_lowercase();

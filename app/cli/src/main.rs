@@ -99,7 +99,7 @@ fn run(program: &Program, context: &Context) -> anyhow::Result<Printed> {
             manual::completions(arguments, Program::command());
             Ok(Printed::nothing())
         }
-        Verb::Man(arguments) => Printed::untyped(&manual::man(arguments, Program::command(), context)?),
+        Verb::Man(arguments) => Printed::new(&manual::man(arguments, Program::command(), context)?),
         Verb::Watchdog { rig } => watchdog::watch(rig).map(|()| Printed::nothing()),
     }
 }

@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
-use hysteron_base::{file, json};
+use hysteron_base::file;
 use hysteron_workflow::Context;
+use hysteron_workflow::shared::outcome;
 use hysteron_workflow::shared::outputs::{Outputs, SIGNATURE};
-use serde::Serialize;
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::terminal;
 
@@ -50,12 +51,14 @@ pub struct ManArguments {
     markdown: bool,
 }
 
-/// Files that `man` wrote.
-#[derive(Debug, Serialize)]
-struct Pages {
-    /// Files, in order of their names.
-    pages: Vec<PathBuf>,
+/// The outcome of `man`.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Outcome {
+    /// Files that were written, in order of their names.
+    pub pages: Vec<PathBuf>,
 }
+
+impl outcome::Outcome for Outcome {}
 
 /// Runs the verb `completions` for the command line `program`.
 pub fn completions(arguments: &CompletionArguments, mut program: clap::Command) {
@@ -65,7 +68,14 @@ pub fn completions(arguments: &CompletionArguments, mut program: clap::Command) 
 }
 
 /// Runs the verb `man` for the command line `program`.
-pub fn man(arguments: &ManArguments, mut program: clap::Command, context: &Context) -> anyhow::Result<Value> {
+///
+/// # Errors
+/// `BadInput` for a folder or file that is not this command's; refusals of the file system.
+pub fn man(
+    arguments: &ManArguments,
+    mut program: clap::Command,
+    context: &Context,
+) -> anyhow::Result<Outcome> {
     let mut written = Vec::new();
     if arguments.markdown {
         program = program.term_width(MARKDOWN_COLUMNS);
@@ -86,7 +96,7 @@ pub fn man(arguments: &ManArguments, mut program: clap::Command, context: &Conte
     }
     let pages: Vec<PathBuf> = written.into_iter().map(|(path, _)| path).collect();
     terminal::print(format_args!("{} pages in {}", pages.len(), arguments.out.display()));
-    Ok(json::to_value(Pages { pages })?)
+    Ok(Outcome { pages })
 }
 
 /// Width of the help in a page of Markdown [characters].

@@ -18,7 +18,8 @@ use hysteron_arm_learning::datasets::kuka_arm;
 use hysteron_base::{Metadata, Recording, json};
 use hysteron_fuzz::data_folder;
 use hysteron_studies::arm::estimation::{KnownArm, TERMS};
-use serde_json::Value;
+use hysteron_workflow::shared::outcome::MetricsFormat;
+use serde::Serialize;
 
 type Fallible<T> = Result<T, Box<dyn Error>>;
 
@@ -29,19 +30,70 @@ const WIDTH: f64 = 0.05;
 /// Drive gains of the UR10e [N m/A], from the file of parameters that comes with its data.
 const UR10E_GAINS: [f64; 6] = [10.0, 10.6956, 8.4566, 9.0029, 9.48, 10.1232];
 
+/// What the program writes.
+#[derive(Serialize)]
+struct Outcome {
+    format: MetricsFormat,
+    version: u32,
+    study: &'static str,
+    /// K of every joint [1/s].
+    gain_per_s: f64,
+    metrics: Arms,
+}
+
+/// Residuals of every arm.
+#[derive(Serialize)]
+struct Arms {
+    panda: ArmResiduals,
+    kuka: ArmResiduals,
+    ur10e: PushedArm,
+}
+
+/// Residuals of an arm that nobody touches, joint by joint.
+#[derive(Serialize)]
+struct ArmResiduals {
+    /// Root mean square [N m].
+    rms_n_m: ResidualsByModel,
+    /// Largest, with identified bodies and friction [N m].
+    largest_n_m: Vec<f64>,
+}
+
+/// Root mean square by what is known of the arm, joint by joint [N m].
+#[derive(Serialize)]
+struct ResidualsByModel {
+    /// Of the torque of the motors itself.
+    motor_torque: Vec<f64>,
+    nominal_bodies: Vec<f64>,
+    identified_bodies: Vec<f64>,
+    identified_bodies_and_friction: Vec<f64>,
+}
+
+/// Residuals of an arm, and of the same arm while a hand pushes it.
+#[derive(Serialize)]
+struct PushedArm {
+    #[serde(flatten)]
+    free: ArmResiduals,
+    /// Largest while it is pushed, joint by joint [N m].
+    push_largest_n_m: Vec<f64>,
+    /// The same over the largest without contact [-].
+    push_over_free: Vec<f64>,
+}
+
 fn main() -> Fallible<()> {
     let folder = data_folder().join("arms");
     if !folder.is_dir() {
         println!("skipped: no recordings in {}", folder.display());
         return Ok(());
     }
-    let metrics = json!({
-        "format": "hysteron-metrics", "version": 1, "study": "observer_residuals", "gain_per_s": GAIN,
-        "metrics": {"panda": panda(&folder.join("panda-gaz"))?, "kuka": kuka(&folder.join("kuka-lwr4"))?,
-            "ur10e": ur10e(&folder.join("ur10e"))?},
-    });
+    let metrics = Arms {
+        panda: panda(&folder.join("panda-gaz"))?,
+        kuka: kuka(&folder.join("kuka-lwr4"))?,
+        ur10e: ur10e(&folder.join("ur10e"))?,
+    };
+    let outcome =
+        Outcome { format: MetricsFormat, version: 1, study: "observer_residuals", gain_per_s: GAIN, metrics };
     if let Some(path) = std::env::args().nth(1) {
-        hysteron_base::file::write_bytes(Path::new(&path), json::to_text(&metrics)?)?;
+        hysteron_base::file::write_bytes(Path::new(&path), json::to_text(&outcome)?)?;
     }
     Ok(())
 }
@@ -124,29 +176,32 @@ fn compare(
     training: &Measured,
     test: &Measured,
     cutoff: f64,
-) -> Fallible<(KnownArm, Value)> {
+) -> Fallible<(KnownArm, ArmResiduals)> {
     let options = BodyOptions { terms: &TERMS, width: WIDTH, prior: 1.0 };
     let fit = identify_bodies(model, &training.smoothed(cutoff)?, &options)?;
     let known = KnownArm::of(&fit, WIDTH);
     let n = model.n_joints();
     let bodies = test.residual(&known.model, FrictionModel::none(n));
     let friction = test.residual(&known.model, known.friction.clone());
-    let torque = rms(&rows(&test.columns[2]), n);
     let before = test.residual(model, FrictionModel::none(n));
     println!("\n{name}: root mean square of the residual without contact [N m]");
-    let mut table = serde_json::Map::new();
+    let rms_n_m = ResidualsByModel {
+        motor_torque: rms(&rows(&test.columns[2]), n),
+        nominal_bodies: rms(&before, n),
+        identified_bodies: rms(&bodies, n),
+        identified_bodies_and_friction: rms(&friction, n),
+    };
     for (what, values) in [
-        ("motor_torque", torque),
-        ("nominal_bodies", rms(&before, n)),
-        ("identified_bodies", rms(&bodies, n)),
-        ("identified_bodies_and_friction", rms(&friction, n)),
+        ("motor_torque", &rms_n_m.motor_torque),
+        ("nominal_bodies", &rms_n_m.nominal_bodies),
+        ("identified_bodies", &rms_n_m.identified_bodies),
+        ("identified_bodies_and_friction", &rms_n_m.identified_bodies_and_friction),
     ] {
         println!("  {what:32} {values:.3?}");
-        table.insert(what.to_owned(), json!(values));
     }
     let free = FreeMotion::learn(&friction, n);
     println!("  largest, with friction           {:.3?}", free.largest);
-    Ok((known, json!({"rms_n_m": table, "largest_n_m": free.largest})))
+    Ok((known, ArmResiduals { rms_n_m, largest_n_m: free.largest }))
 }
 
 fn rows(columns: &[Vec<f64>]) -> Vec<f64> {
@@ -154,7 +209,7 @@ fn rows(columns: &[Vec<f64>]) -> Vec<f64> {
 }
 
 /// The first 70 % and the rest.
-fn panda(folder: &Path) -> Fallible<Value> {
+fn panda(folder: &Path) -> Fallible<ArmResiduals> {
     let all = Measured::of(&read(folder, "panda-gaz", Some(1000.0))?, &[])?;
     let model = Model::builtin("panda")?
         .with_locked(&[("panda_finger_joint1", 0.0), ("panda_finger_joint2", 0.0)])?;
@@ -163,7 +218,7 @@ fn panda(folder: &Path) -> Fallible<Value> {
 }
 
 /// The first run and the second.
-fn kuka(folder: &Path) -> Fallible<Value> {
+fn kuka(folder: &Path) -> Fallible<ArmResiduals> {
     let measured = |k: u32| -> Fallible<Measured> {
         Measured::of(&read(&folder.join(format!("measurements_{k}.npz")), "flobaroid", None)?, &[])
     };
@@ -172,23 +227,20 @@ fn kuka(folder: &Path) -> Fallible<Value> {
 }
 
 /// One exciting trajectory and another; then a run in which a hand pushes the arm where it stands.
-fn ur10e(folder: &Path) -> Fallible<Value> {
+fn ur10e(folder: &Path) -> Fallible<PushedArm> {
     let measured = |name: &str| -> Fallible<Measured> {
         Measured::of(&read(&folder.join(name), "ur10e", None)?, &UR10E_GAINS)
     };
     let model = Model::read(&folder.join("ur10e.urdf"))?;
     let (training, test) =
         (measured("ur-20_02_19_15harm50sec.csv")?, measured("ur-20_02_12-50sec_12harm.csv")?);
-    let (known, mut row) = compare("UR10e", &model, &training, &test, 5.0)?;
+    let (known, free) = compare("UR10e", &model, &training, &test, 5.0)?;
     let pushed = measured("ur-20_01_22-push_pose_1.csv")?.residual(&known.model, known.friction);
     let n = model.n_joints();
     let pushes = FreeMotion::learn(&pushed, n);
-    let largest: Vec<f64> =
-        row["largest_n_m"].as_array().into_iter().flatten().filter_map(Value::as_f64).collect();
-    let ratios: Vec<f64> = pushes.largest.iter().zip(&largest).map(|(push, free)| push / free).collect();
+    let ratios: Vec<f64> =
+        pushes.largest.iter().zip(&free.largest_n_m).map(|(push, free)| push / free).collect();
     println!("  pushed at rest: largest          {:.3?}", pushes.largest);
     println!("  over the largest without contact {ratios:.2?}");
-    row["push_largest_n_m"] = json!(pushes.largest);
-    row["push_over_free"] = json!(ratios);
-    Ok(row)
+    Ok(PushedArm { free, push_largest_n_m: pushes.largest, push_over_free: ratios })
 }

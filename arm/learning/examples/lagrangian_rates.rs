@@ -43,7 +43,7 @@ fn samples() -> ArmSamples {
 /// Shortest time of a torque [µs].
 fn torque(shape: &NetworkShape) -> f64 {
     let parameters = shape.initial_parameters(1);
-    let model = LearnedDynamics { shape: shape.clone(), parameters, details: serde_json::Value::Null };
+    let model = LearnedDynamics { shape: shape.clone(), parameters };
     let mut stream = model.stream();
     let (motion, mut tau) = ([[0.3; JOINTS], [0.7; JOINTS], [-0.2; JOINTS]], [0.0; JOINTS]);
     let calls = 2000;
@@ -77,7 +77,7 @@ fn step(shape: &NetworkShape, samples: &ArmSamples) -> [f64; 2] {
         true
     };
     let mut session = TrainingSession { file: None, progress: &mut progress };
-    minimise(&mut objective, begin, (1, BATCH), &schedule, &serde_json::Value::Null, &mut session).unwrap();
+    minimise(&mut objective, begin, (1, BATCH), &schedule, &(), &mut session).unwrap();
     best.map(|best| 1e3 * best / STEPS as f64)
 }
 

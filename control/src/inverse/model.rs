@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_base::size::check_count;
-use hysteron_base::{BadInput, Bounds, json};
+use hysteron_base::{BadInput, Bounds};
 use hysteron_learn::{Checkpoint, MAX_ROWS, Network, Normaliser, WeightFormat};
 use serde::{Deserialize, Serialize};
 
@@ -97,7 +97,7 @@ impl InverseModel {
             training: self.training.clone(),
         };
         let (network, inputs, outputs) = (self.network.clone(), self.inputs.clone(), self.outputs.clone());
-        Checkpoint { kind: KIND.into(), network, inputs, outputs, details: json!(details) }.write(path)?;
+        Checkpoint { kind: KIND.into(), network, inputs, outputs, details }.write(path)?;
         Ok(())
     }
 
@@ -106,11 +106,9 @@ impl InverseModel {
     /// # Errors
     /// Not a checkpoint, not of an inverse controller, damaged, or parts that do not fit each other.
     pub fn read(path: &Path) -> Result<Self> {
-        let Checkpoint { network, inputs, outputs, details, .. } = Checkpoint::read(path, KIND)?;
+        let found: Checkpoint<ControllerDetails> = Checkpoint::read(path, KIND)?;
+        let Checkpoint { network, inputs, outputs, details, .. } = found;
         let within = |bad: BadInput| bad.within(format!("{}: details", path.display()));
-        let details: ControllerDetails = json::from_value(&details).map_err(|error| {
-            within(BadInput::new("", "those of an inverse controller", error.to_string()))
-        })?;
         let model = Self {
             network,
             inputs,

@@ -147,7 +147,7 @@ fn no_damage_to_learned_dynamics_does_harm() {
         };
         let parameters = shape.initial_parameters(1);
         let case = Case::new("a.safetensors");
-        LearnedDynamics { shape, parameters, details: json!({ "from": "test" }) }.write(&case.path).unwrap();
+        LearnedDynamics { shape, parameters }.write(&case.path, &json!({ "from": "test" })).unwrap();
         let bytes = std::fs::read(&case.path).unwrap();
         tried(&format!("dynamics, {variant:?}"), &bytes, |path| match LearnedDynamics::read(path) {
             Ok(read) => drop(read.decompose(&samples)),

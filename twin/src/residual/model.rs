@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hysteron_base::{BadInput, json};
+use hysteron_base::BadInput;
 use hysteron_learn::{Checkpoint, Network, Normaliser};
 use serde::{Deserialize, Serialize};
 
@@ -97,7 +97,7 @@ impl ResidualModel {
             training: Some(self.training.clone()),
         };
         let (network, inputs, outputs) = (self.network.clone(), self.inputs.clone(), self.outputs.clone());
-        Checkpoint { kind: KIND.into(), network, inputs, outputs, details: json!(details) }.write(path)?;
+        Checkpoint { kind: KIND.into(), network, inputs, outputs, details }.write(path)?;
         Ok(())
     }
 
@@ -106,15 +106,8 @@ impl ResidualModel {
     /// # Errors
     /// Not a checkpoint, not of a residual network, damaged, or of parts that do not fit each other.
     pub fn read(path: &Path) -> Result<Self> {
-        let Checkpoint { network, inputs, outputs, details, .. } = Checkpoint::read(path, KIND)?;
-        let bad = |error: serde_json::Error| {
-            BadInput::new(
-                format!("{}: details", path.display()),
-                "those of a residual network",
-                error.to_string(),
-            )
-        };
-        let details: ResidualDetails = json::from_value(&details).map_err(bad)?;
+        let found: Checkpoint<ResidualDetails> = Checkpoint::read(path, KIND)?;
+        let Checkpoint { network, inputs, outputs, details, .. } = found;
         let model = Self {
             design: details.design,
             change: details.change,
@@ -214,6 +207,7 @@ impl ResidualModel {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
+    use hysteron_base::json;
     use hysteron_learn::{Architecture, ChannelRange, HeadActivation};
     use serde_json::Value;
 

@@ -252,7 +252,7 @@ fn maker_of(path: &Path) -> Maker {
     if path.extension().is_none_or(|ending| ending != "safetensors") {
         return maker::maker(path);
     }
-    let made = match Checkpoint::read_details::<NetworkDetails>(path) {
+    let made = match Checkpoint::<NetworkDetails>::read_details(path) {
         Ok(details) => details.training,
         Err(_) => read_parameters_details::<ParameterDetails>(path).unwrap_or_default().details,
     };

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use hysteron_base::{BadInput, json};
+use hysteron_base::BadInput;
 use hysteron_learn::{Result, read_parameters, read_parameters_kind, write_parameters};
-use serde_json::Value;
+use serde::{Deserialize, Serialize};
 
 use super::network::Evaluator;
 use super::{ArmSamples, Decomposition, NetworkShape, decompose};
@@ -17,8 +17,20 @@ pub struct LearnedDynamics {
     pub shape: NetworkShape,
     /// In the layout of the shape.
     pub parameters: Vec<f64>,
-    /// Whatever else its user must know: data, seed, errors.
-    pub details: Value,
+}
+
+/// All but the parameters, as a file has it.
+#[derive(Serialize)]
+struct Header<'a, D> {
+    shape: &'a NetworkShape,
+    /// Of whoever trained the model.
+    details: &'a D,
+}
+
+/// What a reader needs of [`Header`].
+#[derive(Deserialize)]
+struct ShapeHeader {
+    shape: NetworkShape,
 }
 
 impl LearnedDynamics {
@@ -31,17 +43,12 @@ impl LearnedDynamics {
             && read_parameters_kind(path).is_ok_and(|kind| kind == Self::KIND)
     }
 
-    /// Writes the model's file.
+    /// Writes the model's file; `details` are whatever else people may ask of it: data, seed, errors.
     ///
     /// # Errors
     /// If the file system refuses.
-    pub fn write(&self, path: &Path) -> Result<()> {
-        write_parameters(
-            path,
-            Self::KIND,
-            &json!({ "shape": self.shape, "details": self.details }),
-            &self.parameters,
-        )
+    pub fn write(&self, path: &Path, details: &impl Serialize) -> Result<()> {
+        write_parameters(path, Self::KIND, &Header { shape: &self.shape, details }, &self.parameters)
     }
 
     /// Reads a file by [`LearnedDynamics::write`].
@@ -49,16 +56,14 @@ impl LearnedDynamics {
     /// # Errors
     /// `BadInput` naming the file and what is wrong with it.
     pub fn read(path: &Path) -> Result<Self> {
-        let (mut details, parameters) = read_parameters(path, Self::KIND)?;
+        let (ShapeHeader { shape }, parameters) = read_parameters(path, Self::KIND)?;
         let within = |bad: BadInput| bad.within(path.display());
-        let shape: NetworkShape = json::from_value(&details["shape"].take())
-            .map_err(|e| within(BadInput::new("shape", "a model of inverse dynamics", e.to_string())))?;
         shape.check().map_err(within)?;
         if shape.n_parameters() != parameters.len() {
             let expected = format!("{} of this shape", shape.n_parameters());
             return Err(within(BadInput::new("parameters", expected, parameters.len().to_string())).into());
         }
-        Ok(Self { shape, parameters, details: details["details"].take() })
+        Ok(Self { shape, parameters })
     }
 
     /// Torques of samples, and what they are spent on.

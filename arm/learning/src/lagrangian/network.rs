@@ -5,6 +5,7 @@ use std::ops::Range;
 use hysteron_base::BadInput;
 use hysteron_learn::ridge::NormalEquations;
 use hysteron_learn::{Activation, ByParameters, Float, Mlp};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::black_box::{BlackBoxHamiltonian, BlackBoxLagrangian, FeedForward};
@@ -22,7 +23,7 @@ const BLOCK: usize = 256;
 const REGRESSION_PENALTY: f64 = 1e-9;
 
 /// A model of inverse dynamics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Variant {
     /// Mass matrix and potential (DeLaN).
@@ -201,7 +202,7 @@ pub struct NetworkShape {
 }
 
 /// Form of the positions as inputs of networks.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InputForm {
     /// sin q, cos q of every joint, as published.

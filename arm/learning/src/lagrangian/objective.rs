@@ -33,7 +33,7 @@ pub struct TorqueObjective<'a, T> {
 }
 
 /// How the errors of joints are weighed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum JointWeights {
     /// All the same: (5).

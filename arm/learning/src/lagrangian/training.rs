@@ -1,12 +1,12 @@
 //! Training: minibatches of Adam in single precision, then L-BFGS over many samples in double precision.
 
-use hysteron_base::{BadInput, json};
+use hysteron_base::BadInput;
 use hysteron_learn::{
     Adam, Decay, Epoch, Lbfgs, LevenbergMarquardt, Objective, Result, Schedule, TrainingProgress,
     TrainingSession, minimise,
 };
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use super::{ArmSamples, JointWeights, NetworkShape, TorqueObjective};
 
@@ -14,7 +14,7 @@ use super::{ArmSamples, JointWeights, NetworkShape, TorqueObjective};
 const CURVATURE_SAMPLES: usize = 4000;
 
 /// How a model is trained.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrainingOptions {
     /// Epochs of Adam at most.
     pub epochs: usize,
@@ -41,7 +41,7 @@ pub struct TrainingOptions {
 }
 
 /// Optimiser that refines the weights after Adam.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Polish {
     /// L-BFGS: for any number of parameters.
@@ -54,7 +54,7 @@ pub enum Polish {
 }
 
 /// Schedule of the learning rate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StepDecay {
     /// Nothing.
@@ -149,7 +149,13 @@ pub fn train(
         return Err(bad.hint("fewer units, or L-BFGS").into());
     }
     let begin = shape.initial_parameters(seed).into_iter().map(|p| p as f32).collect();
-    let identity = identity(shape, [training, validation], options, seed);
+    let identity = TrainingIdentity {
+        network: shape,
+        seed,
+        options,
+        training: DataIdentity::of(training),
+        validation: DataIdentity::of(validation),
+    };
     let mut objective =
         TorqueObjective::<f32>::new(shape, [training, validation], options.weights, options.penalty);
     let found =
@@ -214,20 +220,26 @@ fn polish(
     trained.is_finished = is_going_on;
 }
 
-/// Identity of a training that a file to resume from must match: network, seed, options and data.
-fn identity(
-    shape: &NetworkShape,
-    [training, validation]: [&ArmSamples; 2],
-    options: &TrainingOptions,
+/// Identity of a training that a file to resume from must match.
+#[derive(Serialize)]
+struct TrainingIdentity<'a> {
+    network: &'a NetworkShape,
     seed: u64,
-) -> Value {
-    let data = |samples: &ArmSamples| {
+    options: &'a TrainingOptions,
+    #[serde(rename = "training data")]
+    training: DataIdentity,
+    #[serde(rename = "validation data")]
+    validation: DataIdentity,
+}
+
+/// Number of samples, and weighted sums of their positions and torques.
+#[derive(Serialize)]
+struct DataIdentity(usize, f64, f64);
+
+impl DataIdentity {
+    fn of(samples: &ArmSamples) -> Self {
         let sum =
             |values: &[f64]| values.iter().enumerate().map(|(i, v)| v * (1.0 + (i % 97) as f64)).sum::<f64>();
-        json!([samples.len(), sum(&samples.q), sum(&samples.tau)])
-    };
-    json!({
-        "network": shape, "seed": seed, "options": options,
-        "training data": data(training), "validation data": data(validation),
-    })
+        Self(samples.len(), sum(&samples.q), sum(&samples.tau))
+    }
 }

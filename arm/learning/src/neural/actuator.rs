@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use hysteron_base::{BadInput, json};
+use hysteron_base::BadInput;
 use hysteron_learn::{
     Result, TrainableModel as _, Transformer, TransformerShape, read_parameters, write_parameters,
 };
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use super::current::CurrentModel;
 use super::details::ActuatorDetails;
@@ -80,7 +79,7 @@ impl NeuralActuator {
         let networks = std::iter::once(&self.network).chain(self.sensing.iter().map(|own| &own.network));
         let parameters: Vec<f64> =
             networks.flat_map(|one| one.parameters().iter().flatten()).map(|v| f64::from(*v)).collect();
-        write_parameters(path, Self::KIND, &json!(header), &parameters)
+        write_parameters(path, Self::KIND, &header, &parameters)
     }
 
     /// Reads a file by [`Self::write`].
@@ -92,9 +91,7 @@ impl NeuralActuator {
         Ok(Self::from_parts(header, &parameters).map_err(|bad| bad.within(path.display()))?)
     }
 
-    fn from_parts(header: Value, parameters: &[f64]) -> std::result::Result<Self, BadInput> {
-        let header: ActuatorHeader = json::from_value(&header)
-            .map_err(|e| BadInput::new("details", "those of a neural actuator", e.to_string()))?;
+    fn from_parts(header: ActuatorHeader, parameters: &[f64]) -> std::result::Result<Self, BadInput> {
         let ActuatorHeader {
             shape,
             features,

@@ -31,7 +31,7 @@ fn learn(variant: Variant, sets: [&ArmSamples; 2], options: &TrainingOptions) ->
     let shape = shape(variant, sets[0], 24);
     let mut session = TrainingSession { file: None, progress: &mut |_: &TrainingProgress| true };
     let found = train(&shape, sets, options, 1, &mut session).unwrap();
-    LearnedDynamics { shape, parameters: found.parameters, details: json!({}) }
+    LearnedDynamics { shape, parameters: found.parameters }
 }
 
 #[test]
@@ -126,10 +126,10 @@ fn a_model_comes_back_from_its_file_and_streams_what_it_says() {
     let (samples, _) = sinusoids(&model, &Sinusoids { duration: 1.0, ..Sinusoids::published(3) }, 1, "test");
     let shape = shape(Variant::Augmented, &samples, 8);
     let parameters = shape.initial_parameters(2);
-    let learned = LearnedDynamics { shape, parameters, details: json!({ "from": "test" }) };
+    let learned = LearnedDynamics { shape, parameters };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.safetensors");
-    learned.write(&path).unwrap();
+    learned.write(&path, &json!({ "from": "test" })).unwrap();
     assert_eq!(LearnedDynamics::read(&path).unwrap(), learned);
     let torque = learned.decompose(&samples).unwrap().torque;
     let (mut stream, mut tau) = (learned.stream(), [0.0; 3]);

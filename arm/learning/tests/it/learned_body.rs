@@ -9,7 +9,6 @@ use hysteron_arm_learning::lagrangian::{ArmSamples, Scales};
 use hysteron_arm_learning::lagrangian::{
     InputForm, LearnedDynamics, NetworkShape, Polish, Sinusoids, TrainingOptions, Variant, sinusoids, train,
 };
-use hysteron_base::json;
 use hysteron_learn::{Activation, TrainingSession};
 
 const N: usize = 3;
@@ -51,7 +50,7 @@ fn learned() -> LearnedDynamics {
     };
     let mut session = TrainingSession { file: None, progress: &mut |_| true };
     let found = train(&shape, [&training, &validation], &options, 1, &mut session).unwrap();
-    LearnedDynamics { shape, parameters: found.parameters, details: json!({}) }
+    LearnedDynamics { shape, parameters: found.parameters }
 }
 
 /// A motion of all joints and its derivatives at a time.
@@ -74,7 +73,7 @@ fn momentum_changes_by_the_torque_and_by_what_position_and_speed_ask_for() {
         let shape = shape(variant, Scales::ones(N));
         let begin = shape.initial_parameters(3);
         let parameters = begin.iter().enumerate().map(|(i, p)| p + 0.2 * (1.3 * i as f64).sin()).collect();
-        let mut body = LearnedDynamics { shape, parameters, details: json!({}) }.body().unwrap();
+        let mut body = LearnedDynamics { shape, parameters }.body().unwrap();
         for t in [0.2, 1.3, 2.9] {
             let mut at = |t: f64| {
                 let [q, dq, _] = motion(t);
@@ -186,7 +185,7 @@ fn models_without_a_mass_matrix_are_refused() {
     for variant in [Variant::FeedForward, Variant::BlackBoxLagrangian, Variant::StructuredHamiltonian] {
         let shape = shape(variant, Scales::ones(N));
         let parameters = shape.initial_parameters(1);
-        let bad = LearnedDynamics { shape, parameters, details: json!({}) }.body().err().unwrap().to_string();
+        let bad = LearnedDynamics { shape, parameters }.body().err().unwrap().to_string();
         assert!(bad.contains("expected a model with a mass matrix of velocities"), "{bad}");
     }
 }

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use hysteron_base::{BadInput, json};
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::Value;
 
 use super::TensorFile;
-use super::tensor_file::check_numbers;
+use super::tensor_file::{check_numbers, details};
 use crate::{Network, Normaliser, Result, TrainableModel};
 
 const FORMAT: &str = "hysteron-checkpoint";
@@ -17,7 +17,7 @@ const VERSION: u64 = 1;
 ///
 /// One `.safetensors` file, laid out in `docs/learn.md`. Tensors are found by name.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Checkpoint {
+pub struct Checkpoint<D> {
     /// Purpose of the network; a reader asks for one kind.
     pub kind: String,
     /// The weights.
@@ -27,22 +27,25 @@ pub struct Checkpoint {
     /// The channels that leave, in order.
     pub outputs: Normaliser,
     /// Whatever else its user must know: data, seed, scores.
-    pub details: Value,
+    pub details: D,
 }
 
-impl Checkpoint {
+impl<D> Checkpoint<D> {
     /// Writes the file; a half-written one never stands under this name.
     ///
     /// # Errors
     /// `BadInput` if the normalisers have not the channels of the network, `File` if the file system refuses.
-    pub fn write(&self, path: &Path) -> Result<()> {
+    pub fn write(&self, path: &Path) -> Result<()>
+    where
+        D: Serialize,
+    {
         self.check_channels()?;
         let mut file = TensorFile::default();
         file.put("kind", json!(self.kind));
         file.put("architecture", json!(self.network.architecture()));
         file.put("inputs", json!(self.inputs.channels));
         file.put("outputs", json!(self.outputs.channels));
-        file.put("details", self.details.clone());
+        file.put("details", json!(self.details));
         file.put(
             "provenance",
             json!({ "package": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") }),
@@ -56,8 +59,11 @@ impl Checkpoint {
     /// # Errors
     /// `BadInput` naming the file and what is wrong: not a checkpoint, another version, another kind, cut short
     /// or damaged, a tensor missing or of another shape, a weight that is not finite, a weight or another number
-    /// above the accepted maximum, a range upside down.
-    pub fn read(path: &Path, kind: &str) -> Result<Self> {
+    /// above the accepted maximum, a range upside down, details of another type.
+    pub fn read(path: &Path, kind: &str) -> Result<Self>
+    where
+        D: DeserializeOwned,
+    {
         let mut file = TensorFile::read(path, FORMAT, VERSION)?;
         Ok(Self::from_file(&mut file, kind).map_err(|bad| bad.within(path.display()))?)
     }
@@ -66,13 +72,19 @@ impl Checkpoint {
     ///
     /// # Errors
     /// As [`Checkpoint::read`], but for the weights.
-    pub fn read_details<D: DeserializeOwned>(path: &Path) -> Result<D> {
+    pub fn read_details(path: &Path) -> Result<D>
+    where
+        D: DeserializeOwned,
+    {
         Ok(TensorFile::read(path, FORMAT, VERSION)?
             .take("details")
             .map_err(|bad| bad.within(path.display()))?)
     }
 
-    fn from_file(file: &mut TensorFile, kind: &str) -> std::result::Result<Self, BadInput> {
+    fn from_file(file: &mut TensorFile, kind: &str) -> std::result::Result<Self, BadInput>
+    where
+        D: DeserializeOwned,
+    {
         let found: String = file.take("kind")?;
         if found != kind {
             return Err(BadInput::new("kind", kind, found).hint("a network made for something else"));
@@ -83,9 +95,8 @@ impl Checkpoint {
             network: Network::take_from(file, architecture)?,
             inputs: Normaliser::new(file.take("inputs")?).map_err(|bad| bad.within("inputs"))?,
             outputs: Normaliser::new(file.take("outputs")?).map_err(|bad| bad.within("outputs"))?,
-            details: file.take("details")?,
+            details: details(file, kind)?,
         };
-        check_numbers("details", &checkpoint.details)?;
         for (place, side) in [("inputs", &checkpoint.inputs), ("outputs", &checkpoint.outputs)] {
             check_numbers(place, &json!(side.channels))?;
         }

@@ -239,6 +239,20 @@ fn beyond_belief(tensor: &str, size: f64) -> BadInput {
         .hint("no training leads there: the file was damaged or made by hand")
 }
 
+/// The entry `details` of a file of this kind.
+///
+/// # Errors
+/// `BadInput` without it, of a number that is not finite or above the accepted maximum, of another type.
+pub(crate) fn details<D: DeserializeOwned>(
+    file: &mut TensorFile,
+    kind: &str,
+) -> std::result::Result<D, BadInput> {
+    let found: Value = file.take("details")?;
+    check_numbers("details", &found)?;
+    json::from_value(&found)
+        .map_err(|e| BadInput::new("details", format!("those of kind {kind}"), e.to_string()))
+}
+
 /// Accepts the metadata of a file: every number in it is at most [`MAX_NUMBER`]. Entries that only describe
 /// the training are not checked.
 ///

@@ -1,12 +1,13 @@
 //! Activation functions with the derivatives that tangents need, over whole arrays.
 
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Float;
 
 /// Activation between two layers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Activation {
     /// max(x, 0): its first derivative jumps, its second is taken as zero.

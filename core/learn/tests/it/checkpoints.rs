@@ -13,7 +13,7 @@ fn normaliser(names: &[&str]) -> Normaliser {
     Normaliser::new(names.iter().map(range).collect()).unwrap()
 }
 
-fn checkpoint() -> Checkpoint {
+fn checkpoint() -> Checkpoint<json::Value> {
     Checkpoint {
         kind: "controller".to_owned(),
         network: Network::new(&architecture(2, 1, 0.25), 4).unwrap(),
@@ -34,7 +34,7 @@ fn written() -> (tempfile::TempDir, PathBuf, Vec<u8>) {
 }
 
 fn refusal(path: &Path, kind: &str) -> String {
-    match Checkpoint::read(path, kind) {
+    match Checkpoint::<json::Value>::read(path, kind) {
         Err(Error::BadInput(bad)) => bad.to_string(),
         other => panic!("{other:?}"),
     }
@@ -78,7 +78,7 @@ proptest! {
         let framed = [&header.to_le_bytes()[..], &noise].concat();
         for bytes in [noise, framed] {
             std::fs::write(&path, bytes).unwrap();
-            prop_assert!(matches!(Checkpoint::read(&path, "controller"), Err(Error::BadInput(_))));
+            prop_assert!(matches!(Checkpoint::<json::Value>::read(&path, "controller"), Err(Error::BadInput(_))));
             prop_assert!(matches!(Trainer::load::<()>(&path, &checkpoint().network), Err(Error::BadInput(_))));
         }
     }

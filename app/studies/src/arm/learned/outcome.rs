@@ -129,7 +129,6 @@ impl Outcome {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct Means {
     /// The model.
-    #[schemars(with = "String")]
     pub variant: Variant,
     /// Normalised errors of torque, inertial, Coriolis and gravity torque at every speed [-].
     pub nmse: Vec<[f64; 4]>,

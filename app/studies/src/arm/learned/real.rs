@@ -24,17 +24,14 @@ use hysteron_arm_learning::lagrangian::{
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RealOptions {
     /// Learned models.
-    #[schemars(with = "Vec<String>")]
     pub variants: Vec<Variant>,
     /// Networks whose mean is taken.
     pub members: u64,
     /// Units of every hidden layer.
     pub hidden: Vec<usize>,
     /// Between layers.
-    #[schemars(with = "String")]
     pub activation: Activation,
     /// How networks are trained.
-    #[schemars(with = "json::Value")]
     pub training: TrainingOptions,
     /// Fourier features.
     pub features: usize,

@@ -21,7 +21,6 @@ use hysteron_arm_learning::lagrangian::{
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SimulatedStudy {
     /// Rows of the table.
-    #[schemars(with = "Vec<String>")]
     pub variants: Vec<Variant>,
     /// Seeds of initial parameters and of minibatches: how many.
     pub seeds: u64,
@@ -34,10 +33,8 @@ pub struct SimulatedStudy {
     /// Units of every hidden layer; none for two layers of as many as the variant was found to need.
     pub hidden: Option<Vec<usize>>,
     /// Between layers.
-    #[schemars(with = "String")]
     pub activation: Activation,
     /// Form of the positions as inputs of networks.
-    #[schemars(with = "json::Value")]
     pub inputs: InputForm,
     /// Dense columns of the factor of a mass matrix, next to its triangle; an inverse mass matrix has none,
     /// for it is no sum of squares of products.
@@ -45,7 +42,6 @@ pub struct SimulatedStudy {
     /// Whether networks get SI units, as published, or spreads.
     pub units: Units,
     /// How they are trained.
-    #[schemars(with = "json::Value")]
     pub training: TrainingOptions,
 }
 
@@ -57,6 +53,14 @@ pub enum Units {
     Si,
     /// Spreads of the training data.
     Spread,
+}
+
+/// Training of a model, as its file states it.
+#[derive(Serialize)]
+struct Details<'a> {
+    study: &'a SimulatedStudy,
+    seed: u64,
+    trajectories: usize,
 }
 
 /// Σ over joints of mean squared error over variance: the nMSE of table 5 [-].
@@ -88,7 +92,6 @@ impl Parts {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SimulatedRow {
     /// Which model.
-    #[schemars(with = "String")]
     pub variant: Variant,
     /// Of its initial parameters.
     pub seed: u64,
@@ -201,9 +204,9 @@ impl SimulatedStudy {
             gravity: mean(&truth.gravity, &first.gravity),
         };
         let joints = TorqueScores::of(n, &truth.torque, &first.torque).nmse;
-        let details = json!({ "study": self, "seed": seed, "trajectories": all.trajectories.len() });
         let count = found.parameters.len();
-        LearnedDynamics { shape, parameters: found.parameters, details }.write(model)?;
+        let details = Details { study: self, seed, trajectories: all.trajectories.len() };
+        LearnedDynamics { shape, parameters: found.parameters }.write(model, &details)?;
         let power = |tau: &[f64]| -> Vec<f64> {
             let rows = tau.chunks_exact(n).zip(samples.dq.chunks_exact(n));
             rows.map(|(tau, dq)| tau.iter().zip(dq).map(|(t, v)| t * v).sum()).collect()

@@ -38,16 +38,6 @@ impl Printed {
         Ok(Self { verdict: outcome.verdict().cloned(), json: json::to_text(outcome)? })
     }
 
-    /// Of a verb whose outcome is an object of JSON without a type of its own.
-    ///
-    /// # Errors
-    /// Those of writing JSON.
-    pub fn untyped(outcome: &json::Value) -> anyhow::Result<Self> {
-        let nothing = json!({});
-        let json = json::to_text(if outcome.is_null() { &nothing } else { outcome })?;
-        Ok(Self { verdict: json::from_value(&outcome["verdict"]).ok(), json })
-    }
-
     /// Of a verb that has nothing to say.
     pub fn nothing() -> Self {
         Self { verdict: None, json: "{}\n".to_owned() }

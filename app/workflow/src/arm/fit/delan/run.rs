@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use hysteron_arm_learning::lagrangian::{
     ArmSamples, InputForm, LearnedDynamics, NetworkShape, Scales, TrainingOptions, samples_of, train,
 };
+use hysteron_base::BadInput;
 use hysteron_base::checks::{CheckContext, Purpose};
-use hysteron_base::{BadInput, json};
 use hysteron_learn::{Activation, TrainingProgress, TrainingSession};
 use hysteron_report::verdict::{Criterion, Verdict};
+use serde::Serialize;
 
 use super::{Options, Outcome};
 use crate::shared::outputs::Outputs;
@@ -74,12 +75,17 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let found = train(&shape, [&training, &validation], &training_options, options.seed, &mut session)?;
     bar.finish();
     let names: Vec<String> = options.recordings.iter().map(|path| path.display().to_string()).collect();
-    let details = json!({
-        "recordings": names, "seed": options.seed, "options": training_options, "validation": found.validation,
-        "epochs": found.steps[0], "steps": found.steps[1], "cutoff_hz": options.cutoff, "command": context.command,
-    });
-    let model = LearnedDynamics { shape, parameters: found.parameters, details };
-    model.write(&options.out)?;
+    let details = Details {
+        recordings: names,
+        seed: options.seed,
+        options: training_options,
+        validation: found.validation,
+        epochs: found.steps[0],
+        steps: found.steps[1],
+        cutoff_hz: options.cutoff,
+        command: &context.command,
+    };
+    LearnedDynamics { shape, parameters: found.parameters }.write(&options.out, &details)?;
     unfinished.end(found.is_finished, context)?;
     context.print(format_args!(
         "validation error: {:.3e} of the torques' spread, after {} epochs and {} steps",
@@ -93,6 +99,20 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         verdict: judged(found.validation, validation.trajectories.len()),
         recording_warnings: findings.into_warnings(),
     })
+}
+
+/// Training of a model, as its file states it.
+#[derive(Serialize)]
+struct Details<'a> {
+    recordings: Vec<String>,
+    seed: u64,
+    options: TrainingOptions,
+    /// Error on what was not trained on, over the deviation of the torques [-].
+    validation: f64,
+    epochs: usize,
+    steps: usize,
+    cutoff_hz: f64,
+    command: &'a str,
 }
 
 /// Whether the model gives torques: error over their deviation on as many trajectories that were not trained on.
