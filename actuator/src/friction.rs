@@ -1,6 +1,6 @@
 //! Dry friction: Coulomb, Stribeck and viscous at a joint, capstan at a guide.
 //!
-//! Sticking is no very steep slope: whoever steps a joint finds its new speed implicitly ([`crate::Drive`]), and it is exactly zero
+//! Sticking is not approximated by a steep slope: a joint's new speed is found implicitly ([`crate::Drive`]), and it is exactly zero
 //! where friction can hold it.
 
 use hysteron_base::BadInput;

@@ -68,7 +68,7 @@ mod tests {
             bank.append(1, 2.0, &mut out);
         }
         // The first signal rests. After one time constant a filter is 1/e from its input, a play half its width behind or as
-        // its definition says.
+        // its definition requires.
         assert_eq!(out[..2], [0.0, 0.0]);
         assert_eq!(out[2], Play::new(0.5, 0.0).follow(2.0) - 2.0);
         assert!((out[3] + 2.0 * (-1.0f64).exp()).abs() < 1e-12, "{out:?}");

@@ -7,7 +7,7 @@
 
 use hysteron_base::BadInput;
 
-/// Weights and times of the Maxwell elements; the strain of each belongs to whoever uses them.
+/// Weights and times of the Maxwell elements; the strain of each belongs to the caller.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prony {
     /// Stiffness of each element over the relaxed one, g_k (n_terms) [-].

@@ -63,7 +63,7 @@ pub struct Mesh {
     pub groups: BTreeMap<String, Vec<u32>>,
 }
 
-/// More than a step can be computed for while somebody waits.
+/// Larger meshes take too long for a step.
 const MAX_NODES: usize = 2_000_000;
 
 impl Mesh {

@@ -56,7 +56,7 @@ fn spawn(folder: &Path, arguments: &[&str]) -> (Child, String) {
 pub struct EmulatedRig {
     folder: tempfile::TempDir,
     emulator: Child,
-    /// When its clock began, to the time that a process takes to say so.
+    /// When its clock began, to the time that a process takes to report it.
     pub started: Instant,
 }
 

@@ -6,7 +6,7 @@
 //! [ K  -Jᵀ ] [z]   [p]
 //! [-J  -C  ] [μ] = [0]
 //!
-//! says what everything does to that coordinate: a stroke of a held cable -μ, a tension of another cable, strokes
+//! gives the derivatives of that coordinate: by a stroke of a held cable -μ, a tension of another cable, strokes
 //! held, its row times z. K is never assembled: along a direction it is the difference of the residual. The factor
 //! of the step, which is older and leaves the geometric terms out, makes a preconditioner of the same form.
 

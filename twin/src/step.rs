@@ -225,7 +225,7 @@ impl Stepper {
     }
 
     /// Moves the memory of friction and backlash to the equilibrium `state`, at the end of a step or on the way where
-    /// `result` says that it failed.
+    /// `result` is a failure.
     fn commit(&mut self, twin: &Twin, result: &Result<()>, state: &mut TwinState) {
         if result.is_err() {
             self.measure_friction(twin, state);

@@ -10,7 +10,7 @@ use crate::number::Real;
 /// Fewest and most knots of speed that are laid through data.
 const KNOTS: usize = 6;
 
-/// Along what a [`LearnedMap`] must not fall, whatever noise says.
+/// Variables along which a [`LearnedMap`] must not fall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Monotonicity {
     /// Nothing.

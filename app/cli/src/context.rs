@@ -1,4 +1,4 @@
-//! The terminal as whoever runs a verb: it hears how far the verb is, is asked, and asks it to stop.
+//! The `Context` of a verb that runs in a terminal: progress, questions, cancellation.
 
 use std::io::{IsTerminal, Write};
 
@@ -10,7 +10,7 @@ use crate::{interrupt, progress};
 /// The hidden verb of the watchdog process.
 pub const WATCHDOG: &str = "watchdog";
 
-/// The terminal as whoever runs a verb.
+/// `ProgressSink` of the terminal.
 struct Terminal;
 
 impl ProgressSink for Terminal {

@@ -23,7 +23,7 @@ pub struct ProgressDisplay {
     logged: AtomicU64,
 }
 
-/// A bar over `length` things, 0 where nobody knows how many, `done` of them before this run, with rate and
+/// A bar over `length` items, 0 for an unknown number, `done` of them before this run, with rate and
 /// remaining time. None where the log shows warnings alone.
 pub fn bar(of: &str, length: usize, done: usize) -> ProgressDisplay {
     let is_wanted = tracing::enabled!(tracing::Level::INFO);

@@ -45,7 +45,7 @@ pub fn print_outcome(outcome: &Printed) {
 /// The first thing that went wrong with stdout.
 static UNPRINTED: Mutex<Option<io::Error>> = Mutex::new(None);
 
-/// Prints a text that is itself the result, whoever reads it. What stdout does not take is an error at the end: the files
+/// Prints a text that is itself the result. A failure of stdout becomes an error at the end: the files
 /// of a verb are worth more than its lines.
 pub fn print_raw(text: impl std::fmt::Display) {
     keep_first(writeln!(io::stdout(), "{text}").and_then(|()| io::stdout().flush()));
@@ -58,7 +58,7 @@ pub fn keep_first(printed: io::Result<()>) {
     }
 }
 
-/// 0 where all that was printed has arrived. Where it has not, 1 and why; where whoever read it has closed the pipe, as
+/// 0 if all output was written; 1 with the reason if not; if the reader has closed the pipe, as
 /// `head` does when it has read enough, the program is quiet and ends as others do that the signal of it ends.
 pub fn exit_code_of_printing() -> ExitCode {
     match UNPRINTED.lock().unwrap_or_else(PoisonError::into_inner).take() {
@@ -76,7 +76,7 @@ const CLOSED_PIPE: u8 = 141;
 
 /// Prints why the program failed.
 pub fn report_error(error: &anyhow::Error) {
-    // Where nobody can read it, the exit code says it.
+    // If stderr is closed, only the exit code reports the error.
     let _ = writeln!(io::stderr(), "error: {}", escaped_list(&format!("{error:#}")));
 }
 
@@ -98,7 +98,7 @@ pub fn escaped(text: &str) -> String {
 const BELOW: &str = "\n  ";
 
 /// As [`escaped`], but of a head with a list below, as all that is wrong with a bus: its lines stay lines. They are indented,
-/// so that none looks as if the program had begun to say something else.
+/// so that none looks like output of the program.
 fn escaped_list(text: &str) -> String {
     text.split(BELOW).map(escaped).collect::<Vec<_>>().join(BELOW)
 }
@@ -129,7 +129,7 @@ impl Write for LogLine {
 }
 
 /// Logs to stderr: errors below 0, warnings at 0, summaries at 1, details of this program at 2, everything above. What
-/// `RUST_LOG` says stands where nothing was typed.
+/// `RUST_LOG` decides where no option sets it.
 pub fn start_log(verbosity: Option<i8>) {
     let by_environment = std::env::var("RUST_LOG").ok().filter(|_| verbosity.is_none());
     let filter =

@@ -1,4 +1,4 @@
-//! Residuals of the momentum observer on recordings of real arms that nobody touches, before and after identified friction.
+//! Residuals of the momentum observer on recordings of real arms without contact, before and after identified friction.
 //!
 //!     HYSTERON_DATA=../shared/data cargo run --release -p hysteron-studies --example observer_residuals [-- metrics.json]
 //!

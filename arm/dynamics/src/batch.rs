@@ -17,12 +17,12 @@ const BLOCK: usize = 32 * LANES;
 
 /// Something to compute for every state, for any kind of number.
 pub trait StateKernel: Sync {
-    /// Numbers of a state in every input; q, q̇ and a third of the same size unless it says otherwise.
+    /// Numbers of a state in every input; q, q̇ and a third of the same size by default.
     fn inputs(&self, model: &Model) -> Vec<usize> {
         vec![model.n_joints(); 3]
     }
 
-    /// Numbers of a state in every output; one for each joint unless it says otherwise.
+    /// Numbers of a state in every output; one for each joint by default.
     fn outputs(&self, model: &Model) -> Vec<usize> {
         vec![model.n_joints()]
     }

@@ -59,7 +59,7 @@ pub(crate) struct BodyState<T> {
     /// Second motion and wrench of solvers and sweeps.
     pub motion: SpatialMotion<T>,
     pub load: Wrench<T>,
-    /// Rate of the axis, and of the axis as felt by whoever accelerates with the parent: Ψ̇ and Ψ̈ of `derivatives`.
+    /// Rate of the axis, and its second rate in the frame that accelerates with the parent: Ψ̇ and Ψ̈ of `derivatives`.
     pub axis_rate: SpatialMotion<T>,
     pub axis_acceleration: SpatialMotion<T>,
     /// Rate of the second moment.

@@ -4,7 +4,7 @@
 //! every joint in its range, A = M + hD: the friction of a joint is f_i against its motion, or whatever up to f_i keeps it at rest. In
 //! impulses this is the box QP |p_i| ≤ h f_i on A⁻¹. Where a joint sticks its velocity is exactly zero.
 //!
-//! A joint that follows another moves with it exactly: q = G u + o with one row of G for each joint. Everything above is then said
+//! A joint that follows another moves with it exactly: q = G u + o with one row of G for each joint. Everything above then holds
 //! of u, with Gᵀ A G, Gᵀ A v_free and the frictions and ranges of all joints that u moves.
 //!
 //! Friction may grow with what a gear transmits, f_i = F_i + μ_i |τ_i + b_i|, with b of gravity, Coriolis and outside forces: the difference
@@ -155,7 +155,7 @@ impl<T: Scalar> FrictionStep<T> {
                     *speed = dq[i];
                 }
                 self.find_contacts(q);
-                // Rows of joints that do not slide say what their velocities are.
+                // Rows of joints that do not slide set their velocities.
                 let one = q[0].splat(1.0);
                 for (u, &i) in self.followers.independent.iter().enumerate() {
                     self.speeds[u] = self.stopped[u] * (self.ends[u] - q[i]).scale(1.0 / h);

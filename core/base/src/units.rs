@@ -204,7 +204,7 @@ impl Unit {
     }
 
     /// Reads a number written in this unit and returns it in SI, rounded once. `None` if the text is no number;
-    /// infinite or NaN if it says so or is too large.
+    /// infinite or NaN if it is written so or is too large.
     pub fn parse_si(&self, text: &str) -> Option<f64> {
         let UnitScale { ten: shift, degrees: 0 } = self.scale else {
             return Some(self.to_si(text.parse().ok()?));
@@ -323,7 +323,7 @@ pub fn si_name(name: &str) -> Option<(String, f64)> {
     Some((format!("{stem}_{}", unit.si_suffix), unit.factor()))
 }
 
-/// Unit of length of a mesh file; the file itself does not say.
+/// Unit of length of a mesh file, which the file itself does not hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum LengthUnit {
     /// Millimetres.

@@ -1,7 +1,7 @@
 //! Problems with bounds: parameters fitted to measurements, for whatever model gives the residuals, and quadratic programs.
 //!
-//! [`least_squares`] finds the minimum near a start and says what each parameter is worth; [`search_globally`] finds where
-//! to start; [`FuzzyNetwork`] is a curve of five rules; [`folds`] says what of it holds for recordings that were not used. Nothing here knows a robot.
+//! [`least_squares`] finds the minimum near a start and gives the uncertainty of each parameter; [`search_globally`] finds where
+//! to start; [`FuzzyNetwork`] is a curve of five rules; [`folds`] are for cross-validation. Nothing here knows a robot.
 
 mod evaluation_error;
 mod folds;

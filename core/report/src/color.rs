@@ -41,7 +41,7 @@ pub(crate) const AXIS: RGBColor = RGBColor(120, 126, 134);
 pub(crate) const SHADES: [RGBColor; 2] = [RGBColor(246, 222, 206), RGBColor(214, 226, 240)];
 /// A body behind others, to be seen and not looked at.
 pub const GHOST: RGBColor = RGBColor(246, 247, 249);
-/// A line that is there and says nothing, as a slack tendon.
+/// A line without information, such as that of a slack tendon.
 pub const DULL: RGBColor = RGBColor(90, 96, 104);
 
 /// Colours of a ramp that differ: few enough for a style sheet.

@@ -197,7 +197,7 @@ impl FigureLayout {
     }
 }
 
-/// The whole figure as PNG, which says by which program it is.
+/// The whole figure as PNG, with the program in its metadata.
 pub fn png(figure: &impl Figure) -> anyhow::Result<Vec<u8>> {
     let layout = FigureLayout::of(figure);
     let [width, height] = layout.size.map(|length| length.ceil() as u32 * PNG_SCALE);

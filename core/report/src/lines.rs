@@ -112,7 +112,7 @@ impl PanelPart<'_> {
     }
 }
 
-/// Values with NaN where `gap` says that nothing was measured, so that their line is interrupted there.
+/// Values with NaN where `gap` marks a missing measurement, so that their line is interrupted there.
 pub fn without_gaps(values: &[f64], gap: &[bool]) -> Vec<f64> {
     values.iter().zip(gap).map(|(value, gap)| if *gap { f64::NAN } else { *value }).collect()
 }

@@ -1,4 +1,4 @@
-//! Who made a file: every result of this program says so.
+//! Provenance of a file: every result of this program names the program.
 
 use std::path::Path;
 
@@ -8,9 +8,9 @@ use hysteron_base::{BadInput, Recording, file, json};
 const HEAD: usize = 1 << 16;
 /// Largest file of JSON that is looked into for its maker [byte].
 const MAX_JSON: u64 = 64 << 20;
-/// So says a picture in XML that it is of this program.
+/// Mark of this program in a picture in XML.
 pub const SIGNATURE: &str = "<!-- generator: hysteron -->";
-/// All ways in which pictures and pages say it.
+/// All marks of this program in pictures and pages.
 const SIGNATURES: [&str; 3] =
     [SIGNATURE, "<meta name=\"generator\" content=\"hysteron\"/>", "Software\0hysteron"];
 /// So begins a scene that was written, with the command behind it.
@@ -38,7 +38,7 @@ pub fn replace(path: &Path, bytes: impl AsRef<[u8]>) -> anyhow::Result<()> {
     Ok(file::write_bytes(path, bytes)?)
 }
 
-/// Who made a recording, a text, a picture or a page, as far as it says.
+/// Provenance of a recording, a text, a picture or a page, where it has one.
 pub fn maker(path: &Path) -> Maker {
     let by =
         |command: Option<String>| command.filter(|it| !it.is_empty()).map_or(Maker::Another, Maker::Command);

@@ -50,7 +50,7 @@ impl Page {
         Self::beginning_with(|page| page.verdict(verdict), title, about, command)
     }
 
-    /// A page that begins with its result in a sentence, where no limits say whether it can be used.
+    /// A page that begins with its result in a sentence, where no limits decide whether it can be used.
     pub fn concluded(title: &str, conclusion: &str, about: &str, command: &str) -> Self {
         let sentence = format!("<p class=\"verdict\">{}</p>\n", escaped(&without_signs_of_zeros(conclusion)));
         Self::beginning_with(|page| page.0.push_str(&sentence), title, about, command)

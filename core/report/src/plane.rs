@@ -59,7 +59,7 @@ pub(crate) fn spaced(points: &[(f64, f64)], distance: f64) -> PlanePath {
     taken
 }
 
-/// Draws a line without the points that nobody sees: those within `tolerance` of the rest of it.
+/// Draws a simplified line, without the points within `tolerance` of the rest of it.
 pub(crate) fn draw_simplified<DB: DrawingBackend>(
     chart: &mut Chart<DB>,
     sheet: &Sheet<DB>,

@@ -1,4 +1,4 @@
-//! SVG as plotters draws it, made fit for pages: at normal size, without what says nothing, with the places of its axes.
+//! SVG from plotters, adapted to pages: at normal size, without empty elements, with the places of its axes.
 
 use plotters::prelude::*;
 

@@ -1,6 +1,6 @@
 //! Verdicts: whether a result can be used, in one sentence, from numbers with stated limits.
 //!
-//! All limits stand in one table, [`RULES`], each with its reason: a verb measures and says what it measured, the table
+//! All limits stand in one table, [`RULES`], each with its reason: a verb reports its measurements, the table
 //! decides. The worst of its reasons decides a verdict.
 
 use schemars::JsonSchema;
@@ -14,7 +14,7 @@ pub enum Usability {
     Usable,
     /// It can be used where the reasons do not matter.
     UsableWithCare,
-    /// It tells no more than what was known without it.
+    /// It gives no information beyond what was known before.
     NotUsable,
 }
 
@@ -241,7 +241,7 @@ pub struct Verdict {
 const MAX_NAMED: usize = 3;
 
 impl Verdict {
-    /// Collects reasons for a verdict on a result, of which `claim` says what is true where it can be used: "the scene follows
+    /// Collects reasons for a verdict on a result, whose `claim` is true if it can be used: "the scene follows
     /// the robot within 0.4 mm".
     pub fn on(claim: impl Into<String>) -> Judgement {
         Judgement { claim: claim.into(), reasons: Vec::new() }
@@ -260,7 +260,7 @@ pub struct Judgement {
 }
 
 impl Judgement {
-    /// Adds a number, and what it says as part of a sentence: "the tip is off by 97 % of its spread". What is not finite is not
+    /// Adds a number, and its meaning as part of a sentence: "the tip is off by 97 % of its spread". What is not finite is not
     /// usable.
     #[must_use]
     pub fn because(mut self, criterion: Criterion, value: f64, statement: impl Into<String>) -> Self {
@@ -296,7 +296,7 @@ impl Judgement {
         }
     }
 
-    /// The verdict. Without any reason nothing says that a result can be used: with care.
+    /// The verdict. Without any reason a result can be used with care.
     pub fn verdict(mut self) -> Verdict {
         self.reasons.sort_by_key(|reason| std::cmp::Reverse(reason.usability));
         let worst = self.reasons.first().map_or(Usability::UsableWithCare, |reason| reason.usability);

@@ -49,7 +49,7 @@ pub(crate) fn force_into<const N: usize, const Q: usize>(
     with_law!(material.law, |law| isa.run(Force { elements, material, law, x, out }))
 }
 
-/// Adds the 3×3 stiffness blocks \[N/m\] at positions `x` to `blocks`, each where `map` says.
+/// Adds the 3×3 stiffness blocks \[N/m\] at positions `x` to `blocks`, each at its place in `map`.
 pub(crate) fn stiffness_into<const N: usize, const Q: usize>(
     isa: Isa,
     elements: &ElementBatch<N, Q>,

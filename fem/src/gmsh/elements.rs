@@ -1,7 +1,7 @@
 //! Gmsh's element types: number, shape, nodes.
 //!
-//! The table is closed: all types of Gmsh 4.15 whose number of nodes the number alone tells. Only tetrahedra of four
-//! and ten nodes make a body; points, lines and surfaces of any order tell which nodes a group holds.
+//! The table is closed: all types of Gmsh 4.15 whose number of nodes follows from the type. Only tetrahedra of four
+//! and ten nodes make a body; points, lines and surfaces of any order give the nodes of a group.
 
 /// The form of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

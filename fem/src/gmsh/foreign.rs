@@ -64,7 +64,7 @@ const STARTS: [(&[u8], &str); 8] = [
     (b"DBRep_DrawableShape", "brep"),
 ];
 
-/// The refusal of a file that is known not to be Gmsh's mesh; nothing for one that is, or that nobody knows.
+/// The refusal of a file that is known not to be Gmsh's mesh; nothing for one that is, or whose kind is unknown.
 pub(super) fn refusal(path: &Path, bytes: &[u8]) -> Option<BadInput> {
     let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     // A comment of Nastran begins with the same sign, and a blank.

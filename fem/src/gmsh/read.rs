@@ -1,6 +1,6 @@
 //! MSH file in, rest mesh out.
 //!
-//! Main decision: the volume must consist of tetrahedra of one kind; points, lines and surfaces only tell
+//! Main decision: the volume must consist of tetrahedra of one kind; points, lines and surfaces only give
 //! which nodes a physical group holds.
 
 use std::collections::HashMap;

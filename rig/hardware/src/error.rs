@@ -27,7 +27,7 @@ pub enum Error {
     /// A limit was passed, and the run was ended safely.
     #[error("limit: {0}")]
     Limit(String),
-    /// Somebody asked to stop; the text says before what.
+    /// Interrupted by the user; the text names the step that was not done.
     #[error("interrupted before {0}")]
     Interrupted(&'static str),
 }
@@ -36,7 +36,7 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// Reason alone, for a message that already says that it is about the bus.
+    /// Reason alone, for a message that already names the bus.
     pub(crate) fn reason(self) -> String {
         match self {
             Self::Bus(why) => why,

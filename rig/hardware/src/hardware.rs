@@ -34,7 +34,7 @@ pub trait Hardware {
     fn now(&self) -> f64;
     /// Waits until that time [s]; returns at once if it is past.
     fn wait_until(&mut self, time: f64);
-    /// Whether that clock is everybody's: nobody may wait for anything else then.
+    /// Whether that clock is real time, so that a cycle must not wait for anything else.
     fn is_real_time(&self) -> bool;
     /// Number of servos, one per tendon.
     fn n_servos(&self) -> usize;
@@ -64,7 +64,7 @@ pub trait Hardware {
     /// # Errors
     /// `Bus` naming the servos that did not confirm.
     fn enable_torque(&mut self) -> Result<()>;
-    /// Switches the torque of all servos off, of all at once whoever is silent, and then makes sure that they did.
+    /// Switches the torque of all servos off at once, also if some are silent, and then confirms it.
     ///
     /// # Errors
     /// `Bus` naming the servos that did not confirm.
@@ -74,7 +74,7 @@ pub trait Hardware {
     /// # Errors
     /// `Bus` naming the servos that did not confirm.
     fn hold(&mut self) -> Result<()>;
-    /// Channels of instruments other than servos and tracker, as recordings name them; none unless said otherwise.
+    /// Channels of instruments other than servos and tracker, as recordings name them; none by default.
     fn instruments(&self) -> Vec<String> {
         Vec::new()
     }

@@ -11,7 +11,7 @@ use crate::{Pose, ServoSample, SlowSample};
 /// How a run ends that cannot go on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ShutdownAction {
-    /// Slowly back to rest, then as the rig file says.
+    /// Slowly back to rest, then `at_end` of the rig file.
     ToRest,
     /// Torque off at once.
     TorqueOff,

@@ -20,7 +20,7 @@ pub fn arm() -> Model {
 pub enum Case {
     /// Nothing acts on it.
     Free,
-    /// The same, and it is not said that nothing acts.
+    /// The same, without a label of no force.
     Healthy,
     /// A weight of so many newtons that comes and goes.
     Loaded(f64),

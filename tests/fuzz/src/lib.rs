@@ -1,6 +1,6 @@
-//! Input that nobody meant, for the tests of every reader: drawn from seeds, in any number, with the memory watched.
+//! Damaged input for the tests of every reader: drawn from seeds, in any number, with the memory measured.
 //!
-//! A test draws as many cases as it says. `HYSTERON_FUZZ=100` draws a hundred times as many,
+//! A test draws its default number of cases. `HYSTERON_FUZZ=100` draws a hundred times as many,
 //! `HYSTERON_FUZZ_CASES=1000000` so many for each test; `HYSTERON_FUZZ_S=600` ends a test after so many seconds and
 //! says how far it came. Whoever asks for so many gets a line of CSV for each reader: its name, cases, the slowest of them
 //! [ms of processor time], the most memory of the process meanwhile [MB]. Then no process may have more than 256 MB, so
@@ -94,7 +94,7 @@ pub fn drive<S: Strategy>(
     }
 }
 
-/// Time that this thread had a processor; by the clock, where the system does not tell.
+/// Time that this thread had a processor; by the clock, where the system does not give it.
 fn processor_time() -> Duration {
     #[cfg(target_os = "linux")]
     {

@@ -4,7 +4,7 @@
 //! conditions of a step: a primary tendon is held at its stroke or slack, a friction point sticks or slips. As long
 //! as none of them changes its place, the tip is a linear function of the auxiliary strokes, y(s + ds) = y + d + G
 //! ds, and the problem min ½ |goal - y(s + ds)|² + γ/2 |s + ds|² has only boxes: stroke, tension, and rate. Its
-//! answer says where the others stand then; where that is elsewhere, the problem is posed again from there.
+//! answer gives the positions of the others; if these change, the problem is posed again from there.
 
 use hysteron_base::Bounds;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};

@@ -4,7 +4,7 @@
 //! Sample by sample u ← u + M (Δy* + κ (y* - y)): how far the goal goes in this sample, and a part of what was
 //! missed in the one before; M is the inverse of what a command does to the tip. M is wrong where the robot is bent,
 //! slack or sticking; the next samples see what was missed, so hysteresis, which the twin remembers, is led around
-//! rather than modelled backwards. κ is well below one: where the tip moves more than M says, the loop must not
+//! rather than modelled backwards. κ is well below one: where the tip moves more than M predicts, the loop must not
 //! swing.
 
 use hysteron_base::BadInput;

@@ -43,7 +43,7 @@ impl TensionFilter {
         Self { errors, period, error: 0.0, variance: errors.model_n.powi(2), twin: None }
     }
 
-    /// Goes on by one sample: tension of the twin [N], and while the servo moves steadily what its load says and the twin's tension
+    /// Advances by one sample: tension of the twin [N], and while the servo moves steadily the tension from its load and the twin's tension
     /// at that time [N]. Returns the tension at the pulley and its standard error [N].
     pub fn step(&mut self, twin: f64, measured: Option<(f64, f64)>) -> (f64, f64) {
         let scale = self.errors.force_scale;

@@ -12,7 +12,7 @@
 //! force has ended, it is another, or b has changed more than usual (Student's distribution).
 //!
 //! A force along the body hardly moves the tip (a thousandth of what one across it does): it is not
-//! estimated, and its variance says so.
+//! estimated, and its variance is large.
 
 use std::collections::VecDeque;
 

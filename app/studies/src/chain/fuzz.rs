@@ -1,4 +1,4 @@
-//! Study files that nobody meant.
+//! Damaged study files.
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
 use std::path::Path;

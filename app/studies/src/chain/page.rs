@@ -1,4 +1,4 @@
-//! The page of `study run`: stages and results, in words for somebody who reads it for the first time.
+//! The page of `study run`: stages and results, explained for a first reader.
 
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! Stamps: what a stage was made from and what it wrote, so that it is not done twice.
 //!
-//! A stamp without outputs says that a stage was begun. Nothing in it but `seconds` differs from run to run, and no
+//! A stamp without outputs marks a stage that was started. Nothing in it but `seconds` differs from run to run, and no
 //! result holds that.
 
 use std::collections::BTreeMap;
@@ -194,7 +194,7 @@ fn remove(folder: &Path, name: &str) -> anyhow::Result<()> {
     Ok(std::fs::remove_file(path)?)
 }
 
-/// Gives a measurement another name, and says so.
+/// Renames a measurement, with a warning.
 fn set_aside(path: &Path) -> anyhow::Result<()> {
     let named = |number: usize| {
         let mut name = path.as_os_str().to_owned();

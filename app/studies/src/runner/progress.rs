@@ -29,7 +29,7 @@ impl<'a> Bar<'a> {
         if done > self.done {
             let took = self.since.elapsed();
             (self.done, self.since) = (done, Instant::now());
-            // What was found says nothing about how long others take: rate and remaining time begin anew.
+            // Cells found in files do not predict the time of others: rate and remaining time are reset.
             if took < FOUND_WITHIN {
                 self.clear();
                 self.bar = None;

@@ -13,7 +13,7 @@ use super::progress::Bar;
 /// of them. `compute` gives nothing where the listener ended it.
 ///
 /// # Errors
-/// `BadInput` for a folder that is not this command's; an interruption, which says where the finished cells are; those of
+/// `BadInput` for a folder of another command; an interruption, with the folder of the finished cells; those of
 /// `compute` and `report`.
 pub fn run<T, O>(
     out: &Path,

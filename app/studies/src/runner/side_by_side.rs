@@ -40,7 +40,7 @@ struct Queue<'a, R> {
 }
 
 impl<R> Queue<'_, R> {
-    /// Computes cells until there are no more, or nobody listens.
+    /// Computes cells until there are no more, or the receiver is closed.
     fn work(&self, reports: &SyncSender<(usize, Report<R>)>) {
         let tell = |k, report| reports.send((k, report)).is_ok() && self.goes_on.load(Ordering::Relaxed);
         loop {

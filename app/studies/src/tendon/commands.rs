@@ -74,7 +74,7 @@ impl StudyCommand {
     }
 }
 
-/// A study as whoever runs a command: it passes on that the study is to stop, and shows nothing.
+/// `ProgressSink` of a command that a study runs: it passes on the cancellation of the study and shows nothing.
 struct Quiet<'a>(&'a dyn ProgressSink);
 
 impl ProgressSink for Quiet<'_> {

@@ -47,7 +47,7 @@ impl<M> Outcome<M> {
 /// A machine: what times depend on.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct Machine {
-    /// Processor, where the system says which.
+    /// Processor, where the system names it.
     pub cpu: Option<String>,
     /// Threads.
     pub threads: usize,

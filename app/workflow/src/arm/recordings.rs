@@ -10,7 +10,7 @@ use hysteron_base::{BadInput, Metadata, Recording};
 use crate::shared::recording_checks::{self, Findings};
 use crate::{COMMIT, Context};
 
-/// Metadata of a recording that a verb makes; `source` says what it is.
+/// Metadata of a recording that a verb makes; `source` describes it.
 pub fn meta(context: &Context, source: &str) -> Metadata {
     Metadata {
         source: source.to_owned(),
@@ -34,10 +34,10 @@ pub enum Role {
 /// A recording with the names that it goes by.
 pub(crate) struct Named {
     pub path: PathBuf,
-    /// Folders of subset and task, where they are said: `weight/pick_place_object_500g`.
+    /// Folders of subset and task, where they are known: `weight/pick_place_object_500g`.
     pub task: String,
     pub role: Role,
-    /// Whether the data set says so.
+    /// Whether the data set marks it.
     pub is_split: bool,
     pub recording: Recording,
 }
@@ -92,7 +92,7 @@ fn collect_files(folder: &Path, depth: usize, all: &mut Vec<PathBuf>) -> Result<
     Ok(())
 }
 
-/// Reads them. Folders called `train`, `validation` and `test` say what a recording is for; of others every fourth is for validation.
+/// Reads them. Folders called `train`, `validation` and `test` set the use of a recording; of others every fourth is for validation.
 ///
 /// # Errors
 /// Those of reading.

@@ -23,7 +23,7 @@ pub struct RobotOptions {
 
 impl RobotOptions {
     /// The built-in robot of that name, else the one in that file, with a mass matrix that is definite. What was ignored
-    /// in the file, and what was held, is said.
+    /// in the file, and the joints that are held, are logged.
     ///
     /// # Errors
     /// A robot that cannot be read.
@@ -67,7 +67,7 @@ impl RobotOptions {
 /// Refuses the file of a robot where a model that learned from recordings is expected; `option` takes the robot.
 ///
 /// # Errors
-/// `BadInput` that says where the robot goes.
+/// `BadInput` that names the option of the robot.
 pub fn refuse_robot(path: &Path, expected: &str, hint: &str) -> Result<(), BadInput> {
     let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
     match ending.as_deref() {

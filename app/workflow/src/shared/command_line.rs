@@ -1,4 +1,4 @@
-//! A command line of the program as text: what results say of how they were made.
+//! A command line of the program as text, for the provenance of results.
 
 /// A command line of this program as a person would type it.
 pub fn shown(arguments: impl Iterator<Item = String>) -> String {

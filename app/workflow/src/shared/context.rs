@@ -24,7 +24,7 @@ pub trait ProgressSink: Sync {
     /// A line of the result, for a person.
     fn print(&self, line: &str);
 
-    /// Asks a person, who says yes or no; `None` where nobody can be asked.
+    /// Asks the user a yes-or-no question; `None` without a terminal.
     fn confirm(&self, _question: &str) -> Option<bool> {
         None
     }

@@ -39,7 +39,7 @@ impl WorkflowError {
     }
 }
 
-/// A verb was interrupted; the text says what is kept.
+/// A verb was interrupted; the text names the results that are kept.
 #[derive(Debug, thiserror::Error)]
 #[error("interrupted{0}")]
 pub struct Cancelled(String);

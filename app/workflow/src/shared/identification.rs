@@ -86,7 +86,7 @@ pub(crate) fn estimates(rows: &[Row]) -> Vec<ParameterEstimate> {
     rows.iter().map(Row::estimate).collect()
 }
 
-/// A number that was found, with what the fit says of its identifiability.
+/// An estimate with its identifiability.
 #[derive(Debug, Clone)]
 pub(crate) struct Row {
     /// Name with its unit.

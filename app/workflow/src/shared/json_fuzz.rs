@@ -1,4 +1,4 @@
-//! Files of JSON that nobody meant: sensors and baselines.
+//! Damaged files of JSON: sensors and baselines.
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Numbers on the command line: what each may be, refused before anything else is done.
 //!
-//! A parser does not know its option; whoever prints the error adds it as the place.
+//! A parser does not know its option; the caller adds it as the place.
 
 use hysteron_base::BadInput;
 

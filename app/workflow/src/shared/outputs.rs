@@ -1,7 +1,7 @@
 //! Files that a command may overwrite: those that it would itself have made from the same arguments, and no
 //! others.
 //!
-//! A verb says what it reads and what it will write before it works. Files are compared by identity on the disk,
+//! A verb declares its inputs and outputs before it works. Files are compared by identity on the disk,
 //! not by their names, so links and other spellings are seen through. Whether a file is the verb's own stands in the
 //! file: every result holds the command that made it. What a rig has measured is never replaced, and no input either,
 //! whatever the options.
@@ -20,7 +20,7 @@ use crate::shared::command_line::words;
 
 /// Files of every report.
 const REPORT: [&str; 2] = ["report.html", "metrics.json"];
-/// Options that say where something goes and not what it is; those with a value, and those without.
+/// Options for the place of outputs, which do not change them; those with a value, and those without.
 const WHERE: [&str; 5] = ["--out", "--figures", "--vtu", "--vtu-every", "--save-state"];
 const HOW: [&str; 3] = ["--png", "--resume", "--overwrite"];
 
@@ -83,7 +83,7 @@ impl Outputs {
         self.ending(option, path.into(), &["safetensors"])
     }
 
-    /// It writes a file of a kind that the ending of its name says.
+    /// It writes a file whose ending gives its kind.
     fn ending(mut self, option: &'static str, path: PathBuf, endings: &'static [&'static str]) -> Self {
         self.endings.push((option, path.clone(), endings));
         self.file(option, path)
@@ -262,7 +262,7 @@ fn maker_of(path: &Path) -> Maker {
     }
 }
 
-/// The part of a network's details that says who made it.
+/// The provenance in a network's details.
 #[derive(Deserialize)]
 struct NetworkDetails {
     #[serde(default)]
@@ -281,7 +281,7 @@ struct MadeBy {
     command: Option<String>,
 }
 
-/// Whether a file is of this verb, or a page that does not say of which.
+/// Whether a file is of this verb, or a page that does not name its verb.
 fn has_same_verb(maker: &Maker, context: &Context) -> bool {
     match maker {
         Maker::Command(command) => words(command).get(1) == words(&context.command).get(1),

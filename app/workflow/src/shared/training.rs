@@ -34,7 +34,7 @@ pub(crate) struct TrainingPage<'a> {
     pub commit: &'a str,
 }
 
-/// Sentences that say where networks do no better than a baseline.
+/// Sentences that name the channels where networks are no better than a baseline.
 pub(crate) fn losses(reports: &[FitReport]) -> Vec<String> {
     let of = |(number, report): (usize, &FitReport)| -> Vec<String> {
         let which = if reports.len() > 1 { format!("network {}, ", number + 1) } else { String::new() };

@@ -45,7 +45,7 @@ impl<'a> Judged<'a> {
     }
 }
 
-/// Adds what the parameters of a fit say.
+/// Adds the reasons from the parameters of a fit.
 pub fn parameters(judgement: Judgement, judged: &[Judged]) -> Judgement {
     if judged.is_empty() {
         return judgement;

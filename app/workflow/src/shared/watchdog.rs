@@ -1,9 +1,9 @@
 //! The watchdog process: a second process that switches the torque off if the first one dies.
 //!
 //! Nothing in a process survives `kill -9`. So a run, or a calibration, starts a process that calls
-//! [`watch`] (of the program: itself once more, with a hidden verb), with a pipe that nobody writes to: when the
+//! [`watch`] (of the program: itself once more, with a hidden verb), with a pipe to which nothing is written: when the
 //! pipe closes without the word that all is well, the watchdog process opens the bus itself and switches the torque
-//! off, whatever the rig file says of the end. It sits in a process group of its own, where Ctrl-C does not reach it.
+//! off, whatever `at_end` of the rig file is. It is in a process group of its own, where Ctrl-C does not reach it.
 
 use std::io::{Read, Write};
 use std::ops::{Deref, DerefMut};
@@ -92,7 +92,7 @@ impl Watchdog {
     /// Sends it home: the run has dealt with the torque.
     fn dismiss(mut self) {
         if let Some(pipe) = &mut self.process.stdin {
-            // If it is gone already, there is nobody to tell.
+            // If it has ended already, there is nothing to do.
             let _ = pipe.write_all(&[ALL_IS_WELL]);
         }
     }

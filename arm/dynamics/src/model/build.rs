@@ -242,12 +242,12 @@ pub(super) fn principal(s: &Sym3<f64>) -> Vec3<f64> {
     values
 }
 
-/// Refuses a tensor with a negative principal value; says which.
+/// Refuses a tensor with a negative principal value, with its value.
 pub(super) fn check_second(second: &Sym3<f64>) -> Result<(), String> {
     check_inertia(0.0, second)
 }
 
-/// Refuses the tensor of a mass [kg] with a negative principal value; says which. What would be the tensor of the same
+/// Refuses the tensor of a mass [kg] with a negative principal value, with its value. What would be the tensor of the same
 /// mass within [`POINT`] is zero but for rounding.
 pub(super) fn check_inertia(mass: f64, second: &Sym3<f64>) -> Result<(), String> {
     let [least, _, most] = principal(second);

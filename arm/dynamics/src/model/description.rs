@@ -24,7 +24,7 @@ pub struct Mimic {
     pub offset: f64,
 }
 
-/// Limits and resistances of a joint's motion. Zero where the file says nothing.
+/// Limits and resistances of a joint's motion. Zero where the file has none.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct JointLimits {
     /// Least and greatest coordinate [rad] or [m]; `None` for a joint that turns for ever.
@@ -49,9 +49,9 @@ pub(super) struct Link {
     pub name: String,
     /// Where it was read, for errors.
     pub place: String,
-    /// In the axes of the link, about its origin; `None` where the file says nothing.
+    /// In the axes of the link, about its origin; `None` where the file has none.
     pub inertia: Option<Inertia<f64>>,
-    /// Part of its weight that is carried, by nobody's torque [-].
+    /// Share of its weight that is compensated without a torque [-].
     pub compensation: f64,
 }
 

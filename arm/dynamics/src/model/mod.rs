@@ -53,7 +53,7 @@ pub struct Notes {
 /// Mounting of a robot's base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Base {
-    /// As the file says: a robot that floats is refused.
+    /// As in the file: a robot that floats is refused.
     #[default]
     AsInFile,
     /// The world: joints of several degrees of freedom are taken as fixed.

@@ -1,6 +1,6 @@
 //! Dates and times of day as text: ISO 8601 and RFC 3339 with or without a zone, and the German order with points.
 //!
-//! Days and months in the order `05/06/2024` are not read: nothing in a file says which is which.
+//! Days and months in the order `05/06/2024` are not read: they are ambiguous.
 
 use chrono::{NaiveDate, NaiveTime, Timelike};
 

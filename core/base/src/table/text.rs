@@ -289,7 +289,7 @@ impl Table {
     }
 }
 
-/// The text of a file: UTF-8, UTF-16 that says so by its first bytes, else Latin-1, of which only labels can suffer.
+/// The text of a file: UTF-8, UTF-16 with a byte order mark, else Latin-1, of which only labels can suffer.
 pub(super) fn decoded(bytes: Vec<u8>) -> String {
     let units = |of: fn([u8; 2]) -> u16| {
         let units = bytes[2..].chunks_exact(2).map(|pair| of([pair[0], pair[1]]));

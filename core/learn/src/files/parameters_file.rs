@@ -13,7 +13,7 @@ use crate::{ParameterVector, Result, TensorShape, TrainableModel};
 const FORMAT: &str = "hysteron-parameters";
 const VERSION: u64 = 1;
 
-/// Writes parameters of a model of this `kind`; `details` says what they are of. A half-written file never
+/// Writes parameters of a model of this `kind`; `details` describes the model. A half-written file never
 /// stands under this name.
 ///
 /// # Errors

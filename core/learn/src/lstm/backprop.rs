@@ -123,7 +123,7 @@ impl Backprop {
         Ok(value)
     }
 
-    /// The loss, and its gradient by each vector of parameters, as [`Backprop::update`] takes them; `step` says which dropout.
+    /// The loss, and its gradient by each vector of parameters, as [`Backprop::update`] takes them; `step` selects the dropout mask.
     ///
     /// # Errors
     /// As [`Backprop::predict`]; `NotFinite` for a loss that is not.

@@ -1,4 +1,4 @@
-//! Sequence regression: from sequences of inputs to sequences of outputs, for whoever gives the features and the loss.
+//! Sequence regression: from sequences of inputs to sequences of outputs, with features and loss of the caller.
 //!
 //! Two ways to train an LSTM, whole sequences with truncated back-propagation ([`SequenceTask`]) and sliding windows
 //! ([`WindowTask`]), and one way to use it sample by sample ([`Predictor`]).

@@ -6,7 +6,7 @@ use crate::{Network, NetworkRunner, Normaliser, WeightFormat};
 
 /// Part of a training range by which inputs may leave it before they count as extrapolation.
 pub const RANGE_MARGIN: f64 = 0.02;
-/// How far outputs may leave [-1, 1], the range of training: what a network says far from its data is no reason to
+/// How far outputs may leave [-1, 1], the range of training: the output of a network far from its data is no reason to
 /// pull.
 const OUTPUT_MAX: f32 = 1.25;
 

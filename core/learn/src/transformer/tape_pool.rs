@@ -106,7 +106,7 @@ impl<T: Float> TapePool<T> {
         used
     }
 
-    /// A gradient from [`Self::zeros`] that nobody needs any more.
+    /// A gradient from [`Self::zeros`] that is no longer used.
     pub fn give_back(&self, gradient: Vec<Vec<T>>) {
         held(&self.gradients).push(gradient);
     }

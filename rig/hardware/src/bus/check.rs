@@ -57,7 +57,7 @@ impl ServoBus {
                         found.push((answer.id, u16::from_le_bytes([low, high]), firmware));
                     }
                     Err(failure @ TransferFailure::Port(_)) => return Err(failure),
-                    // The end is a timeout that says nothing.
+                    // The end is an ordinary timeout.
                     Err(TransferFailure::Timeout) => {
                         wire.counts.timeouts -= 1;
                         return Ok(found);
@@ -80,7 +80,7 @@ impl ServoBus {
         done.map_err(|failure| Error::Bus(format!("servo {id}: reboot: {failure}")))
     }
 
-    /// Reads what every servo says of itself and compares it with what it should be: its model, in the order of
+    /// Reads the registers of every servo and compares them with their expected values: its model, in the order of
     /// [`ServoBus::ids`], and its bounds. Its registers are read, and compared by [`ServoBus::accept_registers`].
     ///
     /// # Errors

@@ -54,7 +54,7 @@ pub const REGISTER_PATIENCE: Duration = Duration::from_secs(2);
 /// How often a servo that does not answer is asked again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ReplyPatience {
-    /// As often as the rig file says: a cycle goes on, or others are under torque.
+    /// As often as in the rig file: a cycle is running, or others are under torque.
     Retries,
     /// So often, and until [`REGISTER_PATIENCE`] is over, each time for twice as long: a computer with other work to do
     /// hears an answer late, and nothing moves meanwhile.
@@ -412,7 +412,7 @@ impl ServoBus {
     }
 }
 
-/// Opens a port as soon as nobody else has it: the watchdog process of a run that died may still be at work.
+/// Opens a port as soon as no other process has it: the watchdog process of a run that died may still be at work.
 fn open_patiently(port: &Path, config: &ServoConfig) -> std::io::Result<Wire> {
     let start = Instant::now();
     loop {

@@ -20,7 +20,7 @@ pub struct PortInfo {
     pub converter: Option<&'static str>,
     /// Description from USB; empty for other ports.
     pub description: String,
-    /// How long the kernel keeps its bytes back [ms], where it says so.
+    /// Latency timer of the kernel [ms], where it is known.
     pub latency_ms: Option<u32>,
 }
 
@@ -39,7 +39,7 @@ impl PortInfo {
 /// All serial ports of this machine.
 ///
 /// # Errors
-/// `Bus` if the system does not tell.
+/// `Bus` if the system does not give them.
 pub fn list_ports() -> Result<Vec<PortInfo>> {
     let ports = serialport::available_ports().map_err(|e| Error::Bus(format!("listing the ports: {e}")))?;
     let mut ports: Vec<PortInfo> = ports

@@ -255,7 +255,7 @@ impl RegisterSpec {
         })
     }
 
-    /// Why no servo with this value is driven, whatever a calibration says.
+    /// Why no servo with this value is driven, with any calibration.
     pub fn ban(&self, value: i64) -> Option<&'static str> {
         let has = |bit: u8| value & i64::from(bit) != 0;
         match self.register {

@@ -36,7 +36,7 @@ impl ServoBus {
 
     /// Switches the torque of all servos off.
     ///
-    /// One sync write, to which nobody answers, reaches all at once: a silent servo keeps no other waiting. Then
+    /// One sync write, which has no answer, reaches all at once: a silent servo does not delay the others. Then
     /// each is asked once, and only those that did not confirm are commanded again one by one, with retries. Their
     /// watchdogs end.
     ///

@@ -5,7 +5,7 @@
 pub enum TorqueState {
     /// The servo has confirmed that it is off.
     Off,
-    /// The servo says that it is on.
+    /// The servo reports that it is on.
     On,
     /// The servo does not answer: it may be off, on or without power.
     Silent,

@@ -247,7 +247,7 @@ impl Wire {
     }
 
     fn settle_for(&mut self, silence: Duration) {
-        // A line that is never silent is somebody else's trouble.
+        // A line that is never silent is not the fault of this servo.
         let end = Instant::now() + 10 * silence;
         while Instant::now() < end && self.read_bytes(Instant::now() + silence).is_ok() {}
         self.decoder.clear();
@@ -271,7 +271,7 @@ impl Wire {
         Ok(StatusReply { id, alert, parameters: &self.answer })
     }
 
-    /// Asks one servo and counts all that answer, until the line is silent; nobody answers after `patience` beyond the
+    /// Asks one servo and counts all that answer, until the line is silent; no answer comes after `patience` beyond the
     /// usual time.
     pub fn census(
         &mut self,

@@ -121,7 +121,7 @@ impl RigCalibration {
         })
     }
 
-    /// SHA-256 of what it says, numbers to nine digits: the same however often it was written and read.
+    /// SHA-256 of its contents, numbers to nine digits: the same however often it was written and read.
     pub fn hash(&self) -> String {
         let mut text = format!("{} {}", self.date, self.rig);
         let mut numbers: Vec<f64> = Vec::new();

@@ -147,7 +147,7 @@ impl RigCalibration {
     }
 }
 
-/// A calibration that nobody measured: zero where the servos stand. For the search of the true one.
+/// A provisional calibration: zero where the servos are. For the search of the true one.
 pub(crate) fn provisional(rig: &RigConfig, positions: &[i32]) -> RigCalibration {
     let channels = rig.tendons.iter().zip(positions).map(|(tendon, position)| ChannelMap {
         servo_id: tendon.servo_id,

@@ -32,7 +32,7 @@ const MIN_MOTION: f64 = 0.1;
 /// A corner explains this part of what a level line leaves of the loads, or there is none [-].
 const CORNER: f64 = 0.5;
 
-/// Calibrates a rig; `say` tells a person what goes on.
+/// Calibrates a rig; `say` prints the progress.
 ///
 /// # Errors
 /// `Bus` if servos do not answer, or a tendon's load does not rise; `BadInput` if the tip's motions do not fit the

@@ -157,7 +157,7 @@ pub struct TrackerConfig {
     pub tip_rest: [f64; 3],
 }
 
-/// Who says where the tip is.
+/// Source of the tip's position.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum TrackerSource {
     /// Host and port of an OpenIGTLink server.

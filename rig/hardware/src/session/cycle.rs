@@ -67,7 +67,7 @@ impl RigSession<'_> {
         }
     }
 
-    /// Servos that the bus watchdog has stopped take no command any more, and do not say so.
+    /// Servos that the bus watchdog has stopped ignore commands without an error.
     fn check_standstill(&self, late: f64) -> Result<(), Stop> {
         let watchdog = self.rig.servos.bus_watchdog;
         if watchdog == 0.0 || late + self.period < watchdog {
@@ -154,7 +154,7 @@ impl RigSession<'_> {
     }
 
     /// Marks poses that stay the same to the last bit although the servos have moved on: of a tracker that rounds to
-    /// more than its noise, this alone tells a frozen one from a tip at rest.
+    /// more than its noise, only this distinguishes a frozen one from a tip at rest.
     fn check_motion(&mut self) {
         for i in 0..self.poses.len() {
             let pose = self.poses[i];

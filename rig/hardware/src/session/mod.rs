@@ -2,7 +2,7 @@
 //!
 //! Every motion is a sequence of cycles at a fixed rate; a cycle commands, reads and checks. A cycle that fails, or
 //! finds a limit passed that forbids to move on, switches the torque off before it returns. A [`RigSession`] that is
-//! dropped, by an error or a panic alike, switches it off too: it is only held, where the rig file says so, after a
+//! dropped, by an error or a panic alike, switches it off too: it is only held, if the rig file sets it, after a
 //! run that came to its end. Against the death of this very process there are two further guards: the program's
 //! watchdog process, which switches the torque off in its place, and the servos' own watchdog, which stops them when
 //! the bus falls silent.
@@ -91,7 +91,7 @@ enum Torque {
 enum TorqueAtEnd {
     /// Switched off.
     Off,
-    /// As the rig file says: the run came to its end.
+    /// As in the rig file: the run came to its end.
     AsConfigured,
 }
 
@@ -347,7 +347,7 @@ impl<'a> RigSession<'a> {
         }
     }
 
-    /// Logs that somebody asked to stop.
+    /// Logs the user's interruption.
     fn stop_as_asked(&mut self) -> Stop {
         self.say("asked to stop");
         Stop::Asked

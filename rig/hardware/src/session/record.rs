@@ -19,7 +19,7 @@ const WAIT_MAX: f64 = 0.4;
 /// Longest message in the log [characters]; escaped, each takes six bytes at most of a journal's 4096.
 const LONGEST_MESSAGE: usize = 600;
 
-/// Where a recording goes and what it says of itself.
+/// File and metadata of a recording.
 #[derive(Debug, Clone)]
 pub struct RecordOptions {
     /// The recording, `.parquet` or `.csv`.
@@ -297,7 +297,7 @@ struct JournalTape {
     /// Readings of the instruments in it, and their number.
     instruments: Vec<f64>,
     n_instruments: usize,
-    /// Whether nobody may wait for the disk.
+    /// Whether the cycle must not wait for the disk.
     is_real_time: bool,
     /// Events passed to the journal so far.
     events: Vec<Event>,
@@ -386,7 +386,7 @@ impl JournalTape {
     }
 }
 
-/// An event as a line of the log. A message can quote what somebody else sent: it is cut to what a journal takes.
+/// An event as a line of the log. A message can quote received data: it is cut to the limit of a journal.
 pub(crate) fn line_of(event: &Event) -> String {
     let message = event.message.chars().take(LONGEST_MESSAGE).collect();
     // Numbers and text, which JSON holds.

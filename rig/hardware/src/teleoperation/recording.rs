@@ -29,7 +29,7 @@ pub struct ArmsOutcome {
     pub out: PathBuf,
     /// Why it ended before its time, if it did.
     pub stopped: Option<Error>,
-    /// Whether somebody asked to stop before its time.
+    /// Whether the user interrupted it.
     pub was_interrupted: bool,
     /// Rows in the recording, and how many of them were filled in.
     pub n_rows: usize,

@@ -1,4 +1,4 @@
-//! Messages of OpenIGTLink: what a tracker says, and how it is written.
+//! Messages of OpenIGTLink: contents and encoding.
 //!
 //! A reader of its own and not the crate `openigtlink-rust`: that one drags a TLS stack along, and a tracker needs
 //! five message types. Written after the protocol's specification (openigtlink.org, version 3) and checked against
@@ -26,7 +26,7 @@ const ORTHONORMAL: f64 = 1e-3;
 pub struct Message {
     /// Name of what sends it: of the tool, for a transform. At most 20 bytes.
     pub device: String,
-    /// When its content was true, on the sender's clock [s]; `None` if the sender does not say.
+    /// When its content was true, on the sender's clock [s]; `None` if the sender does not give it.
     pub time: Option<f64>,
     /// Content of the message.
     pub content: MessageContent,
@@ -50,7 +50,7 @@ pub enum MessageContent {
     },
 }
 
-/// A pose as the sender tells it.
+/// A pose as the sender gives it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToolPose {
     /// Position [m]; finite.
@@ -70,7 +70,7 @@ pub enum Validity {
     Marked,
     /// All numbers of the rotation are zero.
     Zeros,
-    /// No rotation and no translation at all, to the last bit: nobody measured that.
+    /// No rotation and no translation at all, to the last bit: not a measurement.
     Identity,
     /// The rotation is none: stretched, sheared or mirrored.
     NoRotation,
@@ -232,7 +232,7 @@ fn read_status(meta: &[u8], header: usize, device: &str) -> Option<Option<bool>>
         let Some(stem) = key.strip_suffix("Status") else { continue };
         let stem = stem.strip_suffix("Transform").unwrap_or(stem);
         if stem.is_empty() || stem == device {
-            // Switches on a tool say nothing about its pose.
+            // Switches on a tool do not concern its pose.
             status = Some(value == "OK" || value.starts_with("SWITCH"));
         }
     }
@@ -277,7 +277,7 @@ fn read_position(fields: &mut Fields) -> Option<Result<ToolPose, String>> {
         let q = Quaternion::new(w, x, y, z);
         let is_rotation = (q.norm_squared() - 1.0).abs() <= ORTHONORMAL;
         let is_at_origin = values[..3] == [0.0; 3];
-        // Without a quaternion only the place can tell.
+        // Without a quaternion only the position is left.
         let validity = match () {
             () if n > 3 && q.norm_squared() == 0.0 => Validity::Zeros,
             () if !is_rotation => Validity::NoRotation,

@@ -34,7 +34,7 @@ pub struct PoseCounts {
     /// Poses left out since they are no later than the one before: repetitions, and those that a better estimate of
     /// the tracker's clock puts there.
     pub repeated: u64,
-    /// Poses lost since nobody took them.
+    /// Poses that were not read and are lost.
     pub overflowed: u64,
 }
 
@@ -74,7 +74,7 @@ struct Burst {
 }
 
 impl Burst {
-    /// One more at `now` [s]: what to tell, if it is time.
+    /// One more at `now` [s]; returns the message to log, if it is time.
     fn note(&mut self, now: f64, what: String) -> Option<String> {
         self.held += 1;
         self.what = what;

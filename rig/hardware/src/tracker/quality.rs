@@ -37,7 +37,7 @@ impl Monitor {
         Self { limits, good: None }
     }
 
-    /// Evaluates the next pose. Its own quality is what the tracker says of it.
+    /// Evaluates the next pose. Its own quality is that given by the tracker.
     ///
     /// A jump is measured from the last good pose, so what was moved by hand is good again after the time that the
     /// tip could have needed.

@@ -2,7 +2,7 @@
 //!
 //! Two ways to find it: points known in both frames (Kabsch's method), or directions that the tip moves in when
 //! tendons are pulled (Wahba's problem, solved the same way) with its place at rest. The robot's body points along
-//! +z, so that a bent tip moves towards -z: this tells a mirrored numbering of the tendons from a right one.
+//! +z, so that a bent tip moves towards -z: this detects a mirrored numbering of the tendons.
 
 use crate::Pose;
 use hysteron_base::BadInput;
@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 /// Smallest width of the points, of their length, that fixes the rotation about their line [-].
 const FLAT: f64 = 0.02;
-/// Thickness of the points, of their length, from which on they tell a mirror image from a rotation [-].
+/// Thickness of the points, of their length, from which on they distinguish a mirror image from a rotation [-].
 const THICK: f64 = 0.03;
 /// Factor by which a mirror image must fit better before the data count as mirrored [-].
 const MIRROR: f64 = 3.0;
@@ -204,7 +204,7 @@ impl Registration {
             let angles = pairs.iter().map(|(p, q)| p.norm_squared() * (rotation * p).angle(q).powi(2));
             (angles.sum::<f64>() / total).sqrt()
         };
-        // Each pair alone, since a short motion can tell a mirror image as well as a long one.
+        // Each pair alone, since a short motion can detect a mirror image as well as a long one.
         let worst =
             |rotation: &Matrix3<f64>| pairs.iter().map(|(p, q)| (rotation * p).angle(q)).fold(0.0, f64::max);
         let error = left(&fit.rotation);

@@ -16,7 +16,7 @@ const RATE_PART: f64 = 0.8;
 const NOISE_MAX: f64 = 1e-3;
 /// Largest scatter of the intervals between stamps, of the period [-].
 const JITTER_MAX: f64 = 0.5;
-/// Poses below which nothing can be said of noise and rate.
+/// Poses below which noise and rate cannot be estimated.
 const POSES_MIN: usize = 5;
 
 /// Survey of a tracker with the tip at rest.

@@ -102,7 +102,7 @@ impl ServoChain {
         }
     }
 
-    /// A packet whose checksum is wrong: whom it addresses says so.
+    /// A packet whose checksum is wrong: the addressed servo reports it.
     pub fn complain(&self, id: u8) -> Reply {
         let answers =
             self.listening(id).filter(|k| self.servos[*k].table.unsigned(xl430::STATUS_RETURN) == 2);

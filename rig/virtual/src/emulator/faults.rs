@@ -1,4 +1,4 @@
-//! Faults on purpose: a file that says when what breaks, or a draw from a seed.
+//! Injected faults: a file of faults with their times, or a draw from a seed.
 //!
 //! ```toml
 //! format = "hysteron-faults"
@@ -132,7 +132,7 @@ impl FaultKind {
         }
     }
 
-    /// How long it lasts if nothing is said [s]; what is unplugged stays so.
+    /// Default duration [s]; unplugged devices stay unplugged.
     fn usual_duration(self) -> Option<f64> {
         match self {
             Self::UnplugBus | Self::UnplugServo | Self::UnplugTracker | Self::Hold => None,
@@ -156,7 +156,7 @@ pub struct BusFault {
     /// How long it lasts [s]; without it as long as is usual for its kind, for what is unplugged: for good.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
-    /// Packets, or bytes of noise; 1 if nothing is said.
+    /// Packets, or bytes of noise; 1 by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<u32>,
     /// How late answers come [ms].
@@ -171,7 +171,7 @@ pub struct BusFault {
 }
 
 impl BusFault {
-    /// A fault with nothing said but when and what.
+    /// A fault with only time and kind.
     pub fn new(at_s: f64, kind: FaultKind) -> Self {
         let (servo, duration_s, count, delay_ms, torque_nm, volts) = (None, None, None, None, None, None);
         Self { at_s, kind, servo, duration_s, count, delay_ms, torque_nm, volts }
@@ -304,7 +304,7 @@ impl Faults {
             let kind = FaultKind::ALL[rng.random_range(0..FaultKind::ALL.len())];
             let mut fault = BusFault::new(rng.random_range(0.0..=span.max(0.0)), kind);
             for (key, is_needed) in kind.keys() {
-                // What need not be said is said half of the time; except how long, for else it may last for good.
+                // Optional keys are given half of the time; except the duration, without which a fault may last for ever.
                 if !is_needed && *key != FaultKey::Duration && rng.random_bool(0.5) {
                     continue;
                 }

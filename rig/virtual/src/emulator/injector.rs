@@ -16,7 +16,7 @@ use rand_chacha::ChaCha8Rng;
 
 /// Below this supply servos lose their RAM [V].
 const BROWN_OUT: f64 = 5.0;
-/// Supply in a brown-out if nothing is said [V].
+/// Default supply in a brown-out [V].
 const USUAL_DIP: f64 = 3.0;
 /// Heat that makes any servo too hot [°C].
 const TOO_HOT: f64 = 80.0;
@@ -132,7 +132,7 @@ impl Injector {
         self.active.push(Active { fault, ends_at, left });
     }
 
-    /// Makes everything as broken as the active faults say.
+    /// Applies the active faults.
     fn apply(&self, port: &mut EmulatedPort, chain: &mut ServoChain, world: &mut dyn ServoWorld) {
         let active = || self.active.iter().map(|active| &active.fault);
         let is_plugged = !active().any(|fault| fault.kind == FaultKind::UnplugBus);

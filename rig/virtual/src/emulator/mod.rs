@@ -1,4 +1,4 @@
-//! Servos on a pseudo-terminal, in real time: what a driver for servos of the X series cannot tell from the real ones.
+//! Servos on a pseudo-terminal, in real time, which a driver for servos of the X series cannot distinguish from real ones.
 //!
 //! One thread reads the bytes of the host, lets the world live on to the present moment, and answers when the last
 //! bit of the answer would have come over the wire. Between instructions it lets the world live on in small ticks.
@@ -162,7 +162,7 @@ impl<W: ServoWorld + 'static> ServoEmulator<W> {
         self.shared.record().faults.clone()
     }
 
-    /// Faults of the tracker, for whoever sends its poses.
+    /// Faults of the tracker, for the sender of its poses.
     pub fn tracker_faults(&self) -> TrackerFaults {
         self.shared.record().tracker.clone()
     }

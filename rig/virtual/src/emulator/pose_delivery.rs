@@ -40,7 +40,7 @@ impl PoseDelivery {
         Self::of(take, server, faults)
     }
 
-    /// The same from anything that appends poses and says what time it is [s].
+    /// The same from a function that appends poses and returns the time [s].
     fn of(
         mut take: impl FnMut(&mut Vec<TrackedPose>) -> f64 + Send + 'static,
         server: PoseServer,

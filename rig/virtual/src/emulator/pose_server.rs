@@ -1,4 +1,4 @@
-//! A tracker's server: poses over OpenIGTLink to whoever connects, with the faults of real ones.
+//! A tracker's server: poses over OpenIGTLink to every client, with the faults of real ones.
 //!
 //! It has no thread of its own and never waits: connections are taken, read and written whenever it is called, and
 //! a client that does not read loses poses, not others theirs.

@@ -67,7 +67,7 @@ pub struct TorqueRecord {
     pub torque_on: Vec<bool>,
 }
 
-/// Faults of the tracker that are at work: whoever sends its poses looks here.
+/// Active faults of the tracker, for the sender of its poses.
 #[derive(Debug, Clone, Default)]
 pub struct TrackerFaults(Arc<Mutex<Vec<FaultKind>>>);
 

@@ -1,6 +1,6 @@
 //! Allowed values of each register: who may write it, when, in which range, and its factory value.
 //!
-//! Source: ROBOTIS e-Manual, XL430-W250, "Control Table", and what [`ServoModel`] says of the others. Narrower than the manual
+//! Source: ROBOTIS e-Manual, XL430-W250, "Control Table", and [`ServoModel`] for the others. Narrower than the manual
 //! where the worlds cannot follow: only the two position modes and this protocol; and servos without a full loop keep to
 //! the factory's profiles, integral gain and PWM. Gains of the velocity loop and of the feed-forward change nothing.
 

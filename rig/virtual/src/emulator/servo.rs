@@ -324,7 +324,7 @@ impl EmulatedServo {
         self.table.set(xl430::GOAL_POSITION, i64::from(here));
     }
 
-    /// Tells the world's servo what the registers say.
+    /// Sets the command of the world's servo from the registers.
     fn drive(&self, world: &mut dyn ServoWorld) {
         let table = &self.table;
         let unsigned = |register| table.unsigned(register);

@@ -38,7 +38,7 @@ pub(super) struct ControlTable {
 }
 
 impl ControlTable {
-    /// Of such a servo, as it leaves the factory; `has_full_loop` as a world says it.
+    /// Of such a servo, as it leaves the factory; `has_full_loop` as a world has it.
     pub fn new(model: &ServoModel, has_full_loop: bool) -> Self {
         let specs = specs(model, has_full_loop);
         let mut owner = vec![None; TABLE_LEN];

@@ -38,7 +38,7 @@ impl VirtualGripper {
         2.0 * self.friction * force >= weight
     }
 
-    /// Lets `h` [s] pass with a motor that does as `line` says, around something of `width` [m].
+    /// Advances by `h` [s] with a motor that follows `line`, around an object of `width` [m].
     pub fn step(&self, state: &mut ServoState, line: &MotorLine, width: f64, h: f64) {
         let servo = &self.servo;
         let push = self.lever * self.force(state.angle, width);

@@ -15,7 +15,7 @@ use hysteron_rig::Result;
 const JOINT_NAMES: &str = "joint1, joint2, joint3, joint4, gripper_motor";
 
 impl VirtualArm {
-    /// Records a trajectory. Everything that is drawn for it comes from `seed` and `name`; `meta` says who made it.
+    /// Records a trajectory. Everything that is drawn for it comes from `seed` and `name`; `meta` is its provenance.
     ///
     /// # Errors
     /// `BadInput` if the arm of the file does not keep finite.

@@ -1,4 +1,4 @@
-//! The part of a robot's file that says how members of its population differ, exactly as typed; and its bounds.
+//! The section of a robot's file with the spread of its population, exactly as typed; and its bounds.
 
 use super::bounds::{Check, not_negative, require};
 use super::population::{Population, PopulationSpread, Ranges};

@@ -56,7 +56,7 @@ pub struct TendonParameters {
     pub radius: f64,
     /// Angle of each about z (n_tendons) [rad].
     pub angles: Vec<f64>,
-    /// How far each lies from where radius and angle say, in x and y (n_tendons) [m].
+    /// Offset of each from the position by radius and angle, in x and y (n_tendons) [m].
     pub offsets: Vec<[f64; 2]>,
     /// Axial stiffness E A [N].
     pub axial_stiffness: f64,
@@ -84,7 +84,7 @@ pub struct TendonParameters {
 pub struct ServoParameters {
     /// Parameters of each servo.
     pub spec: ServoSpec,
-    /// Radius of the pulleys, as the rig file says [m].
+    /// Radius of the pulleys, as in the rig file [m].
     pub pulley_radius: f64,
     /// Radius at which each tendon truly lies (n_tendons) [m].
     pub true_radii: Vec<f64>,

@@ -52,7 +52,7 @@ struct BodyTable {
 struct VirtualTendonsTable {
     radius_mm: f64,
     angles_deg: Vec<f64>,
-    /// Where radius and angle say where absent.
+    /// The position by radius and angle if absent.
     offsets_mm: Option<Vec<FixedArray<f64, 2>>>,
     axial_stiffness_n: f64,
     transmission_length_mm: f64,
@@ -80,7 +80,7 @@ enum LawName {
 #[serde(deny_unknown_fields)]
 struct VirtualServosTable {
     pulley_radius_mm: f64,
-    /// As `pulley_radius_mm` says where absent.
+    /// `pulley_radius_mm` if absent.
     true_radii_mm: Option<Vec<f64>>,
     directions: Vec<i64>,
     supply_v: f64,

@@ -12,7 +12,7 @@ use std::collections::VecDeque;
 /// Poses kept for someone who does not take them; older ones are lost.
 const MAX_WAITING: usize = 4096;
 
-/// A pose on its way from the tracker to whoever listens.
+/// A pose on its way from the tracker to the client.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackedPose {
     /// Measured pose, with the time of the measurement on the world's clock [s].

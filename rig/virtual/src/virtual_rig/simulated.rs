@@ -9,7 +9,7 @@ use hysteron_rig::config::RigConfig;
 use hysteron_rig::{Event, Hardware, Pose, Result, ServoSample, SlowSample};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The force that somebody exerts on the tip of a simulated rig while it is recorded. Clones are the same hand.
+/// An external force on the tip of a simulated rig while it is recorded. Clones share it.
 #[derive(Debug, Clone, Default)]
 pub struct ExternalForceHandle(Arc<Mutex<[f64; 3]>>);
 
@@ -48,7 +48,7 @@ impl SimulatedRig {
         }
     }
 
-    /// Gives the tip into somebody's hand: tensions at the pulleys and the force on the tip are then instruments of the
+    /// Applies an external force to the tip: tensions at the pulleys and the force on the tip are then instruments of the
     /// rig, without error.
     pub fn give_to(&mut self, hand: ExternalForceHandle) {
         self.hand = Some(hand);

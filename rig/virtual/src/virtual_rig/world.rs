@@ -53,7 +53,7 @@ pub struct World {
     rest: f64,
     commands: Vec<ServoCommand>,
     servos: Vec<ServoSimulation>,
-    /// Torque of whoever holds a pulley (n_servos) [N m].
+    /// External torque on a pulley (n_servos) [N m].
     disturbances: Vec<f64>,
     robot: Option<RigRobot>,
 }

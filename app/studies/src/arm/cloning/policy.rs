@@ -122,7 +122,7 @@ struct Samples {
     leads: Vec<f32>,
 }
 
-/// A network that says how far goals are to lead, and how its inputs and outputs are scaled.
+/// A network whose output is the lead of the goals, with the scales of its inputs and outputs.
 #[derive(Debug, Clone)]
 pub(super) struct Policy {
     /// The network.

@@ -1,7 +1,7 @@
 //! Studies of estimated external torques: the wrist of Saadatzi et al. (2019) and the SCARA of Wan et al. (2026), simulated.
 //!
 //! The simulated arm (`plant`) shares neither code nor parameters with the estimators: these identify themselves from what
-//! encoders and drives say.
+//! encoders and drives measure.
 
 pub mod collisions;
 mod known;

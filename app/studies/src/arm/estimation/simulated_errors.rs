@@ -187,7 +187,7 @@ impl Scenario<'_> {
         self.comparison(&external, both)
     }
 
-    /// Derivatives of both estimates by a parameter, of which `direction` says how it changes the ten parameters of every body.
+    /// Derivatives of both estimates by a parameter; `direction` is its change of the ten parameters of every body.
     /// Figure 9.
     ///
     /// Of inverse dynamics it is Y δπ (eq. 22). Of the observer, eq. 23: Ṡ = L (S_ID − S − ∂M M⁻¹ (τ_ID − τ_NDO)), since

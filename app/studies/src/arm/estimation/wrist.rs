@@ -233,7 +233,7 @@ pub const SWEEP_OPTIONS: BodyOptions<'static> = BodyOptions { terms: &TERMS, wid
 pub fn identify_wrist(wrists: &Wrists, seed: u64) -> Result<KnownArm, BadInput> {
     let (trial, motion) = sweep_wrist(wrists, seed)?;
     let fit = identify_bodies(&wrists.cad, &motion, &SWEEP_OPTIONS)?;
-    // The line that leaves least of the sweep itself, which nobody touches.
+    // The line with the least squared residual of the sweep itself, which has no contact.
     let speeds = streamed_speeds(&trial, 2, &LowPass::new(5, 30.0, 1.0 / PERIOD)?);
     let periods = vec![PERIOD; trial.position.len() / 2];
     let left = |known: &KnownArm| -> f64 {

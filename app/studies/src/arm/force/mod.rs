@@ -1,7 +1,7 @@
 //! Force at the tip without a sensor, by the classical estimators of table VI of Dou et al. (NeuralActuator): `study force`.
 //!
 //! Everything that estimators need is identified on contact-free training trajectories of the same arm;
-//! thresholds are fitted there too. Recordings come from whoever has them: the virtual arm, which shares no
+//! thresholds are fitted there too. Recordings are those of NAD or of the virtual arm, which shares no
 //! code with the estimators, or NAD itself.
 
 mod cells;

@@ -128,7 +128,7 @@ pub(super) fn row(study: &ForceStudy, method: usize, shown: Shown) -> Vec<Option
     tasks.chain([over_arms(&study.cells, &mean)]).collect()
 }
 
-/// Whether the best estimator says more of the force than that there is none.
+/// Verdict on the best estimator, compared with the estimate zero.
 fn judged(study: &ForceStudy) -> Verdict {
     let mean = |method: usize| row(study, method, |row| row.norm_n).last().copied().flatten();
     let errors: Vec<(String, f64)> = METHODS

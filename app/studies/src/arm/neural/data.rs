@@ -33,7 +33,7 @@ pub(super) fn recorded(general: &VirtualArm) -> anyhow::Result<Recorded> {
     parallel::try_map(&[data_set(), fault_set()].concat(), one)
 }
 
-/// Recordings of NAD (CSV), or of `hysteron arm generate`, and what tells one set of them from another.
+/// Recordings of NAD (CSV), or of `hysteron arm generate`, and the identity of a set of them.
 pub(super) fn read(folder: &Path) -> anyhow::Result<(Recorded, String)> {
     let paths = files(&[folder.to_owned()], &[])?;
     let mut digests = Vec::new();

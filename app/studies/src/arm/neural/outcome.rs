@@ -62,7 +62,7 @@ fn without_traces(study: &NeuralStudy) -> NeuralStudy {
 /// Half of the interval that holds the mean with 95 %, by seeds (Student's t): of 2 to 10.
 const STUDENT: [f64; 9] = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26];
 
-/// Mean of what seeds say, and half of its 95 % interval where there is more than one; what is not finite does not count.
+/// Mean of the finite values over seeds, and half of its 95 % interval for more than one.
 pub(super) fn over_seeds<C>(cells: &[C], of: &dyn Fn(&C) -> Option<f64>) -> Option<(f64, Option<f64>)> {
     let values: Vec<f64> = cells.iter().filter_map(of).filter(|value| value.is_finite()).collect();
     let n = values.len();

@@ -42,7 +42,7 @@ rest_after_s = 2
 stroke_max_mm = 15
 stroke_rate_max_mm_s = 12
 "#;
-/// Families of it: kind and what else its entry says.
+/// Families of it: kind and the other keys of its entry.
 const FAMILIES: [(&str, &str); 3] =
     [("circle", ""), ("rose", "swings = [0.4, 1.6]\n"), ("square", "orientation_deg = [45, 45]\n")];
 

@@ -8,7 +8,7 @@ use crate::tendon::ftdcr::{N_TENDONS, Pattern};
 pub(super) const TRUNK_STEP: f64 = 0.01;
 pub(super) const FTDCR_STEP: f64 = 0.58;
 pub(super) const N_MOTORS: usize = 6;
-/// An angle stands for a stroke: one degree for this many metres, so that what is said in millimetres is in degrees.
+/// An angle replaces a stroke: one degree for this many metres, so that values in millimetres are in degrees.
 pub(super) const DEGREE: f64 = 1e-3;
 /// A block of the trunk's run, and every how many of them one is to stop by, and the next to test on.
 const BLOCK_S: f64 = 10.0;

@@ -32,7 +32,7 @@ rest_after_s = 1
 stroke_max_mm = 9
 stroke_rate_max_mm_s = 12
 "#;
-/// Its trajectories: name, family and what else its entry says. Roses pass the centre, and everything around it, in
+/// Its trajectories: name, family and the other keys of its entry. Roses pass the centre, and everything around it, in
 /// ever new directions.
 const TRAJECTORIES: [(&str, &str, &str); 8] = [
     (

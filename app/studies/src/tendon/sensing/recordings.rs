@@ -53,7 +53,7 @@ pub(super) fn write_strokes(path: &str, seed: u64, seconds: f64) -> Result<usize
     Ok(places.len())
 }
 
-/// Pushes across the axis in any direction, growing within 50 ms; none where nobody pushes.
+/// Pushes across the axis in any direction, growing within 50 ms; none between pushes.
 pub(super) fn write_pushes(path: &str, seed: u64, n: usize, pushed: bool) -> Result<()> {
     let mut draw = rng(seed, "sensing/pushes");
     let mut between = |[low, high]: [f64; 2]| draw.random_range(low..high);

@@ -28,7 +28,7 @@ const QUANTITIES: usize = 7;
 struct Live<'m> {
     estimator: LiveEstimator<'m>,
     motors: usize,
-    /// Latest measured row; a servo that did not answer keeps what it said last.
+    /// Latest measured row; a servo that did not answer keeps its last values.
     held: Vec<f64>,
     rows: u64,
     contacts: u64,

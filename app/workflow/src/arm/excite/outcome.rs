@@ -22,7 +22,7 @@ pub struct Outcome {
     pub samples: usize,
     /// Time from the first to the last sample [s].
     pub duration_s: f64,
-    /// Parameters that torques can tell apart; none without a search.
+    /// Parameters that torques can identify; none without a search.
     pub base_parameters: Option<usize>,
     /// Condition number of their regressor [-]; none without a search.
     pub condition_number: Option<f64>,

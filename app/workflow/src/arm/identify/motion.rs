@@ -57,7 +57,7 @@ pub(super) fn joined(motions: &[JointMotion]) -> Result<JointMotion, BadInput> {
 }
 
 impl MotionOptions {
-    /// The robot that `name` says, with joints locked at zero or where `NAME=Q` says [rad or m].
+    /// The robot `name`, with joints locked at zero or at the value of `NAME=Q` [rad or m].
     pub(super) fn model(
         &self,
         name: &str,

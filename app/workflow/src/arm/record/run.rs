@@ -112,7 +112,7 @@ fn metadata(options: &Options, config: &ArmsConfig, context: &Context) -> Metada
     ] {
         meta.extra.insert(key.to_owned(), value);
     }
-    // Without proportional part there is no gain to tell.
+    // Without a proportional term there is no gain to note.
     if let gain @ 1.. = config.follower.gains[0] {
         meta.extra.insert(POSITION_GAIN.to_owned(), gain.to_string());
     }

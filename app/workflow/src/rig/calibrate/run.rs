@@ -45,7 +45,7 @@ fn calibrate_rig(options: &Options, context: &Context) -> anyhow::Result<Outcome
         Source::Live { rig, .. } => {
             let registers = expected_registers(options, before.as_ref().map(|before| &before.calibration));
             let mut hardware = LiveRig::open(rig)?.expecting(registers);
-            // What is not fit to run needs nobody to watch it.
+            // A rig that is not fit to run needs no watchdog.
             hardware.prepare()?;
             let mut hardware = WatchdogGuard::new(hardware, &options.rig, context)?;
             let found = calibrate(&mut *hardware, rig, date, &|| context.is_cancelled(), &mut log)?;

@@ -20,7 +20,7 @@ pub(crate) const PATIENT: [(&str, &str); 3] = [
 /// Keys that differ between runs of one emulator.
 const OF_A_RUN: [&str; 2] = ["address = ", "baud = "];
 
-/// Refuses a folder whose rig file is not one that this emulator would write: it is somebody else's.
+/// Refuses a folder whose rig file is not one that this emulator would write: it belongs to another rig.
 pub(super) fn check(folder: &Path, robot: &VirtualRobot) -> anyhow::Result<()> {
     let path = folder.join(RIG_FILE);
     if !path.exists() {

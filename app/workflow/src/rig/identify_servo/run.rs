@@ -51,7 +51,7 @@ fn identify_servos(options: &Options, context: &Context) -> anyhow::Result<Outco
     }
     bar.finish();
     if let Some(bad) = found.iter().map(|found| found.pulley.as_ref().err()).collect::<Option<Vec<_>>>() {
-        // Of no servo anything: the recording is to blame, as its first servo says.
+        // No servo was identified: the error of the first servo is that of the recording.
         return Err(anyhow::Error::from(bad[0].clone().within(format!("servo {}", found[0].number))));
     }
     found.iter().for_each(|found| print(found, context));

@@ -72,7 +72,7 @@ impl<'a> Channels<'a> {
     }
 }
 
-/// Servos of the rig, those of the numbers in `wanted` or all; strokes and goals say how each winds.
+/// Servos of the rig, those of the numbers in `wanted` or all; strokes and goals give the direction of each.
 pub(super) fn servos(files: &[Input], wanted: &[usize]) -> anyhow::Result<Vec<RecordedServo>> {
     let channels = files
         .iter()

@@ -82,7 +82,7 @@ pub fn of_plan(named: &str, options: &Options, source: &Source) -> anyhow::Resul
     Ok(Work { name: format!("plan {}", plan.name), plan_text: Some(text), jobs })
 }
 
-/// Strokes that somebody else found.
+/// Strokes from a file.
 pub fn of_strokes(options: &Options, source: &Source) -> anyhow::Result<Work> {
     let (rig, mut jobs) = (source.rig(), Vec::new());
     for (order, input) in inputs::read(&options.strokes)?.into_iter().enumerate() {

@@ -118,7 +118,7 @@ impl Source {
     }
 }
 
-/// Refuses a folder with files of these names that say something else: they belong to other recordings.
+/// Refuses a folder with other files of these names: they belong to other recordings.
 pub fn check_description(folder: &Path, files: &[(&str, String)]) -> anyhow::Result<()> {
     for (name, text) in files {
         let path = folder.join(name);

@@ -78,7 +78,7 @@ impl Quantity {
 pub struct ServoHealth {
     /// Number, from 1.
     pub servo: usize,
-    /// As it is at the end; none where the motion does not tell it.
+    /// Value at the end; none where the motion does not determine it.
     #[serde(flatten)]
     pub now: Numbers,
     /// Highest temperature of its case [°C].

@@ -133,7 +133,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// `None` where the motion does not tell it.
+    /// `None` where the motion does not determine it.
     fn friction(&self, parts: &[Part], k: usize) -> Option<SlackFriction> {
         let sign = self.per_tick[k]?.signum();
         let series = |stem: &str, factor: f64| -> Vec<Vec<f64>> {

@@ -38,7 +38,7 @@ impl Printed {
         Ok(Self { verdict: outcome.verdict().cloned(), json: json::to_text(outcome)? })
     }
 
-    /// Of a verb that has nothing to say.
+    /// Of a verb without an outcome.
     pub fn nothing() -> Self {
         Self { verdict: None, json: "{}\n".to_owned() }
     }

@@ -1,6 +1,6 @@
 //! From a recording to the target of every tendon in every sample.
 //!
-//! The drive of a primary tendon says which channel it follows: `stroke_k_m`, or `tension_k_n`. Auxiliary tendons
+//! The drive of a primary tendon decides which channel it follows: `stroke_k_m`, or `tension_k_n`. Auxiliary tendons
 //! follow `aux_kk_m` where the recording has them, and otherwise rest: at the allowed value nearest to zero.
 //! Everything is checked here, before the first step.
 
@@ -43,7 +43,7 @@ impl<'a> Command<'a> {
     }
 
     /// Leaves the strokes of all primary tendons open for `goals`; the auxiliary ones are commanded what [`Self::new`]
-    /// tells them.
+    /// sets.
     pub fn with_free_strokes(
         twin: &Twin,
         recording: &'a Recording,

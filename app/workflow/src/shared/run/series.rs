@@ -6,7 +6,7 @@ use anyhow::Context as _;
 use hysteron_fem::{ArrayValues, Cells, Polylines, Pvd, VtkArray, write_polylines, write_vtu};
 use hysteron_twin::{Twin, TwinState};
 
-/// The file of a series that lists its pictures, and says by which program they are.
+/// The file of a series that lists its pictures and names the program.
 const LIST: &str = "robot.pvd";
 
 /// Files in this folder that a series would replace: its list; or where there is none, pictures of another

@@ -26,7 +26,7 @@ pub struct Outcome {
     pub held_out: Vec<HeldOutError>,
     /// Blocks of the recordings that were held out in turn.
     pub blocks: Vec<AdaptationBlock>,
-    /// Beyond what the checkpoint had; in the checkpoint only where `kept` says so.
+    /// Beyond what the checkpoint had; in the checkpoint only if listed in `kept`.
     pub found: FoundChange,
     /// Errors along the recordings.
     pub recordings: Vec<MotionErrors>,

@@ -29,7 +29,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
     Ok(outcome)
 }
 
-/// Carries out the verb for recordings of strokes that say something of themselves.
+/// Runs the verb for recordings of strokes with metadata.
 ///
 /// # Errors
 /// Those of [`run`].

@@ -192,7 +192,7 @@ fn print(finished: &FinishedFit, outcome: &Outcome, context: &Context) {
 /// Correlation from which on two parameters are reported as hardly distinguishable.
 const CORRELATED: f64 = 0.9;
 
-/// Prints which parameters the recordings hardly tell apart.
+/// Prints which parameters the recordings hardly distinguish.
 fn print_collinear(fit: &Fit, context: &Context) {
     context.print(format_args!("condition number of the Jacobian, columns normalised: {:.1}", fit.condition));
     let names = fit.estimates.iter().map(|estimate| &estimate.name);

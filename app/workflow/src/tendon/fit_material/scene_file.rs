@@ -14,7 +14,7 @@ use hysteron_report::maker::MADE_BY;
 /// Digits of a fitted number: more than any fit knows.
 const DIGITS: usize = 6;
 
-/// Writes the scene file `from`, which says `old`, to `to` with the numbers of `new`.
+/// Writes the scene file `from`, which holds `old`, to `to` with the numbers of `new`.
 pub fn write(from: &Path, old: &Scene, new: &Scene, to: &Path, context: &Context) -> anyhow::Result<()> {
     let mut text: DocumentMut = file::read_text(from)?.parse().context("reading the scene again")?;
     let material = text.get_mut("material").and_then(Item::as_table_like_mut).context("no [material]")?;

@@ -28,7 +28,7 @@ pub(super) struct FinishedFit<'a> {
     pub tension_max: Vec<f64>,
 }
 
-/// Part of the largest tension allowed from which on a tendon is said to need too much.
+/// Part of the largest tension allowed from which on a tendon is reported as overloaded.
 const STRAINED: f64 = 0.8;
 
 /// Quantities of friction, and what follows where nothing of them is known.

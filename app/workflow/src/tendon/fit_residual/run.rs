@@ -188,7 +188,7 @@ fn held_out(options: &Options, usable: &[&Input], member: usize) -> Result<Vec<u
     Ok(draw_validation(&kinds, &mut stream))
 }
 
-/// Kind of the motion: the family of its plan, or where it has none what its strokes tell.
+/// Kind of the motion: the family of its plan, or without a plan the kind found from its strokes.
 fn kind(recording: &Recording) -> String {
     if let Some(family) = recording.meta().extra.get("plan.family") {
         return family.clone();

@@ -110,7 +110,7 @@ impl SyntheticTrajectory {
     }
 }
 
-/// How a plan that nobody named was brought within the range that the twin was calibrated on.
+/// How the default plan was brought within the range that the twin was calibrated on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Scaled {
     /// Its size over that of the built-in plan [-].
@@ -132,7 +132,7 @@ pub struct Outcome {
     pub scene_sha256: String,
     /// Name of the plan.
     pub plan: String,
-    /// How it was brought within the calibrated range, where nobody named it.
+    /// How it was brought within the calibrated range, if it is the default plan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scaled: Option<Scaled>,
     /// Trajectories in the set.

@@ -170,7 +170,7 @@ fn outputs(
         .scene(&options.scene, scene)
         .and(&options.residual);
     let outputs = missing.iter().fold(outputs, |outputs, job| outputs.file("--out", &job.out));
-    // The copy of the plan does not say where it is from; its report does.
+    // The copy of the plan has no provenance; its report does.
     let copy = options.out.join(PLAN);
     let is_new = !copy.exists() || file::read_text(&copy)? == plan;
     let has_report = options.out.join("metrics.json").exists();
@@ -178,7 +178,7 @@ fn outputs(
     Ok(outputs.report("--out", Some(&options.out)))
 }
 
-/// The card and what is said.
+/// The card and the printed summary.
 fn finish(
     options: &Options,
     (scene, plan, text, scaled): (&Scene, &str, &str, Option<Scaled>),

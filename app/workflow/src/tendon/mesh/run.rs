@@ -43,7 +43,7 @@ fn mesh(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     Ok(Outcome { out: options.out.clone(), mesh: MeshSummary::new(&mesh, &quality) })
 }
 
-/// Writes a file that does not say who made it: one that is there must be the same already, or with `--overwrite` a mesh as this
+/// Writes a file without provenance: one that is there must be the same already, or with `--overwrite` a mesh as this
 /// program writes it, byte for byte, which no other program does.
 fn write_new(
     option: &'static str,

@@ -1,4 +1,4 @@
-//! A recording as what the sensor takes: strokes, servos, tip, and the truth where somebody knows it.
+//! A recording as input of the sensor: strokes, servos, tip, and the truth where it is known.
 
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -31,7 +31,7 @@ pub struct Input {
     pub motion: RobotMotion,
     /// Servos, where they were recorded.
     pub servos: Option<Servos>,
-    /// Force on the tip that somebody knows, sample by sample [N].
+    /// Known force on the tip, sample by sample [N].
     pub force: Option<Vec<Vector3<f64>>>,
     /// True tensions of a simulated robot (n_primary × n_samples) [N].
     pub tensions: Option<Vec<Vec<f64>>>,
@@ -64,7 +64,7 @@ impl Input {
         })
     }
 
-    /// True where somebody pushed, with a force that is known.
+    /// Whether the tip was pushed with a known force.
     pub fn is_pushed(&self) -> bool {
         self.force.as_ref().is_some_and(|force| force.iter().any(|force| force.norm() > 0.0))
     }
@@ -124,7 +124,7 @@ pub fn log_times(name: &str, times: &mut [f64], period: f64) {
     );
 }
 
-/// Servos from ticks and loads; strokes and goals say how a pulley winds.
+/// Servos from ticks and loads; strokes and goals give the direction of a pulley.
 fn servos(recording: &Recording, n: usize) -> Result<Option<Servos>, BadInput> {
     let (goals, present) = (recording.numbered("tick_goal", ""), recording.numbered("tick_present", ""));
     let (loads, strokes) = (recording.numbered("load", ""), recording.strokes());
@@ -141,7 +141,7 @@ fn servos(recording: &Recording, n: usize) -> Result<Option<Servos>, BadInput> {
         let is_constant = |values: &[f64]| values.iter().all(|value| *value == values[0]);
         let stroke_per_tick = match stroke_per_tick(goals[k], strokes[k]) {
             Some(found) => found,
-            // A servo that rests throughout says nothing, whichever way it winds.
+            // A servo that rests throughout does not show its direction; either is valid.
             None if is_constant(goals[k]) && is_constant(strokes[k]) => 0.0,
             None => {
                 let place = format!("tick_goal_{}", k + 1);

@@ -115,7 +115,7 @@ impl LiveSensing {
         let it = self.clone();
         let thread = std::thread::spawn(move || {
             if let Err(error) = it.work(&layout, &strokes, &queue, &answers) {
-                // Where nobody listens any more the recording is over.
+                // If the receiver is closed, the recording is over.
                 let _ = answers.send(Answer::Failed(format!("{error:#}")));
             }
         });

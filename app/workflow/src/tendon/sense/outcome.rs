@@ -114,8 +114,8 @@ pub struct ContactScore {
 pub struct SensingScores {
     /// Where tensions are known.
     pub tensions: Vec<TensionScore>,
-    /// Where the force is known and somebody pushed.
+    /// Samples with a known force during pushes.
     pub forces: Vec<ForceScore>,
-    /// See `forces`; also where nobody pushed.
+    /// See `forces`; samples without pushes too.
     pub contacts: Option<ContactScore>,
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::tendon::command::Way;
 
-/// More than anybody measures in a day.
+/// More repeats than fit in a day.
 #[cfg(feature = "clap")]
 const MAX_REPEATS: usize = 100;
 

@@ -234,7 +234,7 @@ impl<'a> Attributes<'a> {
         })
     }
 
-    /// True where an attribute says so.
+    /// Whether an attribute is true.
     pub fn is_true(&self, name: &str) -> Check<bool> {
         Ok(self.word(name, &["false", "true"])? == 1)
     }

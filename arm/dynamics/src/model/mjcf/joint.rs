@@ -72,7 +72,7 @@ pub(super) fn hinge(at: &Attributes, settings: &Settings, frame: &Pose<f64>) -> 
     })
 }
 
-/// The range of an attribute where it limits: where another one says so, or by itself.
+/// The range of an attribute if it is a limit: by another attribute, or by default.
 fn is_limited(at: &Attributes, settings: &Settings, limited: &str, range: &str) -> Check<Option<[f64; 2]>> {
     let said = at.word(limited, &["auto", "false", "true"])?;
     let Some([low, high]) = at.array(range)? else { return Ok(None) };

@@ -79,7 +79,7 @@ pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Check<Model
     Ok(model)
 }
 
-/// Gives sites that are called as a body another name, because here both are frames; says which.
+/// Renames sites with the name of a body, because here both are frames; returns the names.
 fn tell_sites_from_bodies(tree: &mut Tree) -> Vec<String> {
     let bodies: BTreeSet<&str> = tree.links.iter().map(|link| &*link.name).collect();
     let mut renamed = Vec::new();

@@ -1,4 +1,4 @@
-//! The ways of MJCF to say how a frame is turned.
+//! The orientation attributes of MJCF.
 
 use super::super::build::unit;
 use super::super::xml::Check;
@@ -6,7 +6,7 @@ use super::attributes::Attributes;
 use super::settings::Settings;
 use crate::spatial::{Mat3, Pose, Vec3, cross, dot3};
 
-/// `pos` and one of the ways to say how a frame is turned.
+/// `pos` and one of the orientation attributes.
 ///
 /// # Errors
 /// `BadInput` for numbers that are none, axes of length zero, and two ways at once.

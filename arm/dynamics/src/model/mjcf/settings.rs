@@ -9,7 +9,7 @@ use super::element::MjcfElement;
 use super::schema;
 use crate::spatial::Vec3;
 
-/// Gravity of MuJoCo where the file says nothing [m/s²].
+/// Default gravity of MuJoCo [m/s²].
 const GRAVITY: Vec3<f64> = [0.0, 0.0, -9.81];
 
 /// The flags that are read.

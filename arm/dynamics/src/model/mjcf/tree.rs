@@ -427,7 +427,7 @@ impl<'a, 's> Walker<'a, 's> {
         Ok(())
     }
 
-    /// Mass of a body, from where the settings say.
+    /// Mass of a body, from the source that the settings name.
     fn mass(&self, contents: &Contents<'a>, around: &Around<'a>) -> Check<Mass> {
         let source = self.settings(around).inertia_from;
         let from_geoms = match source {
@@ -451,7 +451,7 @@ impl<'a, 's> Walker<'a, 's> {
         Ok(Mass::of(&whole))
     }
 
-    /// Part of the weight of a body that is carried, by nobody's torque.
+    /// Share of the weight of a body that is compensated without a torque.
     fn compensation(&self, at: &Attributes, carriers: Carriers) -> Check<f64> {
         let compensation = at.number("gravcomp")?.unwrap_or(0.0);
         let settings = &self.sources[0].settings;

@@ -2,7 +2,7 @@
 //!
 //! Read element by element, because what is missing differs from what is zero: an absent `<inertial>` or `<limit>` is
 //! an error where it matters, and every error names its line. Joints of a floating or planar base are taken as fixed and noted:
-//! whoever reads decides whether that is asked for.
+//! the caller decides whether that is allowed.
 //!
 //! # Reference
 //! wiki.ros.org/urdf/XML.
@@ -21,7 +21,7 @@ use super::edit::limits_in_degrees;
 use super::xml::{Check, Element};
 use crate::spatial::{Inertia, Pose, Vec3};
 
-/// Standard gravity along −z, which URDF does not say [m/s²].
+/// Standard gravity along −z, which URDF does not hold [m/s²].
 const GRAVITY: Vec3<f64> = [0.0, 0.0, -9.81];
 
 /// Table in Markdown of every element and attribute with its treatment by the reader.

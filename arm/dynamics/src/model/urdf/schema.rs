@@ -2,7 +2,7 @@
 //! the rest.
 //!
 //! An element or attribute that is not in the table is named once as ignored; one that is spelled almost like something that
-//! is read is an error, because whoever wrote it meant that.
+//! is read is an error, because it is a typing error.
 
 use std::collections::BTreeSet;
 

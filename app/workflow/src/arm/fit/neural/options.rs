@@ -51,7 +51,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "PRIOR", default_value = "none", value_parser = prior))]
     pub prior: MotorModelKind,
     /// Drive of every motor for --prior drive, with its thermal model and its limits of voltage and current: a name, or a file of arm identify
-    /// servo --drive-out; recordings must say their position_gain
+    /// servo --drive-out; recordings need their position_gain
     #[cfg_attr(feature = "clap", arg(long, value_name = "DRIVE"))]
     pub drive: Option<String>,
     /// Updates on torques by inverse dynamics, before the closed loop

@@ -16,7 +16,7 @@ pub(super) struct Run {
     pub voltage: Option<f64>,
 }
 
-/// The motion in a file, with what the options and the recording say of it.
+/// The motion in a file, with the notes of the options and the recording.
 ///
 /// # Errors
 /// Those of reading; `BadInput` for what is missing.
@@ -62,5 +62,5 @@ fn of_recording(recording: &Recording, options: &Options, name: String) -> Resul
     Ok(Run { run: PendulumRun { name, ..run.checked()? }, voltage: first(JointQuantityKind::Voltage) })
 }
 
-/// Where the recording does not say how warm the servo is [°C].
+/// Temperature of the servo where the recording has none [°C].
 const ROOM: f64 = 25.0;

@@ -1,4 +1,4 @@
-//! The part of the table that says what a robot is: settings, classes, assets, bodies, tendons, equality.
+//! The part of the table for the robot itself: settings, classes, assets, bodies, tendons, equality.
 
 use super::MjcfEntry;
 use super::Use::{Only, Read, Refused, Without};
