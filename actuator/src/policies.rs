@@ -83,7 +83,7 @@ impl TendonModel {
         }
     }
 
-    /// Lets one player choose anew at the present slips; whether any choice changed by more than rounding.
+    /// Updates the choice of one player at the present slips; returns whether any choice changed by more than rounding.
     fn improve(&self, lengths: &[f64], trial: &mut TendonTrial, player: Player) -> bool {
         let m = self.n_segments();
         let mut has_changed = false;

@@ -1,5 +1,5 @@
 //! Times training steps of 2 × 512 units for the peers: `lstm_training_step STEPS REPETITIONS all|last` prints one
-//! JSON line with the shortest step [s] and the losses, of all outputs or of the last. RAYON_NUM_THREADS says on how
+//! JSON line with the shortest step [s] and the losses, of all outputs or of the last. RAYON_NUM_THREADS sets on how
 //! many threads.
 #![allow(clippy::print_stdout)] // a peer reads it
 

@@ -24,7 +24,7 @@ const MULTIPLES: [usize; 3] = [1, 2, 4];
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Outcome {
     Read,
-    /// The file is larger than the reader's limit, and the error says so.
+    /// The file is larger than the reader's limit, and the error names it.
     Refused,
 }
 
@@ -89,7 +89,7 @@ const READERS: [Reader; 9] = [
 /// Measures all readers, prints the table and writes FOLDER/growth/metrics.json.
 ///
 /// # Errors
-/// A file that cannot be written; a reader that does not do as its row says, or whose time grows too fast.
+/// A file that cannot be written; a reader whose result differs from its row, or whose time grows too fast.
 pub fn run(folder: &Path, quick: bool) -> Result<()> {
     let scratch = tempfile::tempdir()?;
     let mut rows = Vec::new();

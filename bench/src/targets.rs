@@ -209,7 +209,7 @@ struct ThreadSpeeds {
     two: f64,
     one: f64,
     /// Gain with an undisturbed core for each thread, from processor times: what sharing memory and caches
-    /// leaves of 2. None where the system does not tell.
+    /// leaves of 2. None where the system does not give it.
     by_processor_time: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Writes the meshes of the folder `meshes/` anew, byte for byte:
+//! Regenerates the meshes of the folder `meshes/`, byte for byte:
 //! `cargo run --release -p hysteron-fem --example make_meshes -- meshes`
 
 use std::f64::consts::{FRAC_PI_2, TAU};

@@ -50,7 +50,7 @@ pub fn axpy(isa: Isa, factor: f64, x: &[f64], y: &mut [f64]) {
     );
 }
 
-/// out += Σ factors_k columns_k: one pass over `out`, whatever the number of columns.
+/// out += Σ factors_k columns_k: one pass over `out`, for any number of columns.
 pub fn combine_into<T: Copy + Into<f64>>(
     isa: Isa,
     factors: &[f64],

@@ -1,4 +1,4 @@
-//! The reader of meshes on files that nobody meant: every version and encoding, with lies in its structure, damage to its
+//! The reader of meshes on damaged files: every version and encoding, with inconsistent structure, damage to its
 //! bytes and slips in its text. `HYSTERON_FUZZ_CASES=1000000` draws so many.
 
 #![allow(clippy::unwrap_used, reason = "a test may stop where it stands")]

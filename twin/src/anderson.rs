@@ -94,7 +94,7 @@ impl Anderson {
         }
     }
 
-    /// After a change of the active set: `change_of` writes the changes of the step anew.
+    /// After a change of the active set: `change_of` rewrites the changes of the step.
     pub fn revise(&mut self, change_of: impl FnMut(&mut AndersonPair)) {
         self.pairs[..self.n_pairs].iter_mut().for_each(change_of);
         (0..self.n_pairs).for_each(|slot| self.multiply(slot, slot + 1));

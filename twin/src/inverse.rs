@@ -57,7 +57,7 @@ const MAX_HALVINGS: usize = 6;
 
 impl Stepper {
     /// Goes on to an equilibrium with the tip at `goal`: tendons given as [`Target::Free`] take
-    /// whatever strokes that needs, the others keep their targets.
+    /// with any strokes that this needs; the others keep their targets.
     ///
     /// # Errors
     /// No free tendon; those of [`Stepper::step`]. A goal out of reach is not an error, nor one that friction keeps the

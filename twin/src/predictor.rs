@@ -1,6 +1,6 @@
 //! Guesses the next equilibrium from the last ones.
 //!
-//! An elastic body's shape is a smooth function of its strokes, whatever the path in time. Around the
+//! An elastic body's shape is a smooth function of its strokes, independent of the path in time. Around the
 //! present state it is close to quadratic, so a polynomial-kernel regression over the last states, in
 //! the space of commands, predicts the next state to third order; noise in the strokes does not matter,
 //! because the noisy strokes themselves are the coordinates.

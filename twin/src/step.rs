@@ -54,7 +54,7 @@ pub(crate) struct LinearisedStep<'a> {
 /// nothing in the common case.
 ///
 /// A step commits one value: the state with its friction bounds and prescribed strokes, to which the factor in use and the
-/// history belong. [`Stepper::restore`] goes to another equilibrium, and makes both anew.
+/// history belong. [`Stepper::restore`] goes to another equilibrium, and resets both.
 #[derive(Debug, Clone)]
 pub struct Stepper {
     control: StepTargets,

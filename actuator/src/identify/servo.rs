@@ -66,7 +66,7 @@ const SHAPE_WIDTH: f64 = 2.0;
 /// Scale of the bounds of friction torques, as a part of the largest weight that was moved [-].
 const OF_WEIGHT: f64 = 0.25;
 
-/// Fits drive, friction and zero to `runs`, starting from `drive`, whose numbers (of a data sheet, say) have
+/// Fits drive, friction and zero to `runs`, starting from `drive`, whose numbers (for example of a data sheet) have
 /// priors with the spread of each quantity.
 ///
 /// # Errors

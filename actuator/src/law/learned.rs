@@ -1,4 +1,4 @@
-//! Friction as a map fitted to data: whatever its shape over speed, and over the torque through the gear.
+//! Friction as a map fitted to data: any shape over speed, and over the torque through the gear.
 
 use std::borrow::Cow;
 

@@ -1,4 +1,4 @@
-//! Drives from files of TOML that nobody meant.
+//! Drives from damaged files of TOML.
 
 use std::path::Path;
 

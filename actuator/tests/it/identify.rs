@@ -179,7 +179,7 @@ fn viscous_friction_of_a_slow_joint_is_found() {
     assert!((found.parameters[1] / 150.0 - 1.0).abs() < 1e-3, "{:?}", found.parameters);
 }
 
-/// Wan et al., table 2, joint 1, without noise: every method ends on the law, as near as it says.
+/// Wan et al., table 2, joint 1, without noise: every method recovers the law within its stated accuracy.
 #[test]
 fn methods_end_on_the_law_or_honestly_beside_it() {
     let law = Law::named("directed-stribeck").unwrap();

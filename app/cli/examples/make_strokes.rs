@@ -1,4 +1,4 @@
-//! Writes `meshes/tpu80/strokes-circle.csv` anew, byte for byte:
+//! Regenerates `meshes/tpu80/strokes-circle.csv`, byte for byte:
 //! `cargo run --release -p hysteron --example make_strokes -- meshes/tpu80/strokes-circle.csv`
 //!
 //! Circles in tendon space, u_k = a(t) cos(φ(t) - k 90°), with a smooth attack, a sustained part and a decay, as

@@ -49,7 +49,7 @@ struct Arms {
     ur10e: PushedArm,
 }
 
-/// Residuals of an arm that nobody touches, joint by joint.
+/// Residuals of an arm without contact, joint by joint.
 #[derive(Serialize)]
 struct ArmResiduals {
     /// Root mean square [N m].

@@ -1,4 +1,4 @@
-//! Makes the keys in `docs/outcomes.md` anew from the types.
+//! Regenerates the keys in `docs/outcomes.md` from the types.
 
 use std::path::Path;
 

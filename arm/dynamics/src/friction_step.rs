@@ -1,7 +1,7 @@
 //! A substep with dry friction, stops and joints that follow others, forwards and backwards.
 //!
 //! The velocity after a substep minimises ½ (v − v_free)ᵀ A (v − v_free) + h Σ f_i |v_i| within the velocities that keep
-//! every joint in its range, A = M + hD: the friction of a joint is f_i against its motion, or whatever up to f_i keeps it at rest. In
+//! every joint in its range, A = M + hD: the friction of a joint is f_i against its motion, or up to f_i if that keeps it at rest. In
 //! impulses this is the box QP |p_i| ≤ h f_i on A⁻¹. Where a joint sticks its velocity is exactly zero.
 //!
 //! A joint that follows another moves with it exactly: q = G u + o with one row of G for each joint. Everything above then holds

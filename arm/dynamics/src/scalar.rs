@@ -39,7 +39,7 @@ pub trait Scalar:
         self * b + c
     }
 
-    /// Runs `kernel` as a function of its own, compiled for the registers of this number: once, whoever calls it.
+    /// Runs `kernel` as a function of its own, compiled for the registers of this number: once for all callers.
     ///
     /// Code that is only inlined is compiled again for each of its callers.
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! Spatial vectors and inertias.
 //!
-//! Motions and wrenches are taken about a common origin, in common axes (those of the world, unless a function says
+//! Motions and wrenches are taken about a common origin, in common axes (those of the world, unless a function states
 //! otherwise), so that they add without transforms.
 //!
 //! # Reference

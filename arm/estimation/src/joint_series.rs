@@ -70,7 +70,7 @@ pub struct ArmRecording<'a> {
     pub gap: &'a [bool],
     /// One for each joint, in the order of their numbers.
     pub joints: Vec<RecordedJoint<'a>>,
-    /// Names of the joints, as the metadata say; empty if they do not.
+    /// Names of the joints from the metadata; empty if these have none.
     pub joint_names: Vec<String>,
     /// Force on the tip along x, y and z.
     pub force: [Option<ForceSeries<'a>>; 3],

@@ -148,7 +148,7 @@ pub struct DynamicsOutput {
 /// For every row of states: mass matrix, Coriolis torque, gravity with springs, viscous damping, torque or acceleration, pose and
 /// Jacobian of a frame, energies. Torques are those of the drives: damping and springs of the joints are in them, dry friction is not.
 ///
-/// `meta` says who made it; the robot and its joints are added. `states` has coordinates and speeds of all joints, and accelerations (for inverse dynamics) or torques (for forward
+/// `meta` is its provenance; the robot and its joints are added. `states` has coordinates and speeds of all joints, and accelerations (for inverse dynamics) or torques (for forward
 /// dynamics).
 ///
 /// # Errors
@@ -297,7 +297,7 @@ fn derivative_names(model: &Model, is_inverse: bool) -> Vec<String> {
 }
 
 /// Motion from rest at `start` [rad or m] under recorded torques, each of which holds until the next row; dry friction,
-/// damping and ends of ranges are those of the model. `meta` says who made it; the robot and its joints are added.
+/// damping and ends of ranges are those of the model. `meta` is its provenance; the robot and its joints are added.
 ///
 /// # Errors
 /// `BadInput` for a missing channel, a start that has not n finite numbers, or a motion that is not finite any more.

@@ -72,7 +72,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut best = f64::INFINITY;
         for _ in 0..ROUNDS {
             let start = now();
-            // As after every update: what is made of the parameters once is made anew.
+            // As after every update: values derived from the parameters are recomputed.
             network.parameters_mut();
             let setting = (&simulation, &scale);
             let about = (&initial[..], HORIZON);

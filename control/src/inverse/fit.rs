@@ -54,7 +54,7 @@ pub(super) struct ControllerParts {
 }
 
 impl FitOutcome {
-    /// The controller; `training` says with which design, options and data.
+    /// The controller; `training` holds design, options and data.
     pub fn into_fitted(
         self,
         data: &Dataset,

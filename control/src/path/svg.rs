@@ -5,7 +5,7 @@
 //! unit of `viewBox` is that width over the one of the view box; without view box it is a CSS pixel, 25.4 / 96 mm.
 //! A drawing that gives its width in pixels, in percent or not at all has no size, and is refused. y points down in
 //! a drawing and up here. The arcs of a path (A) are kept within 0.03 % of their radius. Where on the page it stands
-//! says nothing: its bounding box is centred.
+//! has none: its bounding box is centred.
 
 use super::outline::{MAX_CROSSING_POINTS, OutlinePoint};
 use hysteron_base::BadInput;
@@ -136,7 +136,7 @@ fn unit(root: &Node) -> Check<f64> {
     Ok(unit)
 }
 
-/// Width or height of the drawing [m], where it says a length.
+/// Width or height of the drawing [m], where it is a length.
 fn side(root: &Node, name: &str) -> Check<Option<f64>> {
     let Some(text) = root.attribute(name) else { return Ok(None) };
     let Length { number, unit } = parsed(root, name, text)?;

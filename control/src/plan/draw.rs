@@ -2,7 +2,7 @@
 //!
 //! The range of the amplitude is cut into as many parts as there are trajectories, and each draws its own from one
 //! part:
-//! whatever the seed, small and large ones are there. Everything else is drawn evenly.
+//! with any seed, small and large ones are there. Everything else is drawn evenly.
 
 use super::Direction;
 use super::schema::{Draw, FamilyName, TrajectoryTable};

@@ -219,7 +219,7 @@ impl Trajectory {
         Ok(Recording::new(time, channels, vec![], self.metadata())?)
     }
 
-    /// Refuses a trajectory of the tip, which says nothing of strokes.
+    /// Refuses a trajectory of the tip, which has no strokes.
     pub(super) fn check_space(&self) -> Result<()> {
         match self.space {
             Space::Tendons => Ok(()),

@@ -47,7 +47,7 @@ fn write_and_rename(
     // Removed when dropped, so an early return leaves nothing behind.
     let temporary = temporary_in(folder)?;
     let _unfinished = TemporaryFile(temporary.path().to_owned());
-    // To the file itself: errors of what `tempfile` wraps around it name the temporary file, which nobody asked for.
+    // To the file itself: errors of what `tempfile` wraps around it name the temporary file, which the user does not know.
     let mut out = BufWriter::new(temporary.as_file());
     content(&mut out)?;
     out.into_inner().map_err(std::io::IntoInnerError::into_error)?.sync_all()?;
@@ -56,7 +56,7 @@ fn write_and_rename(
     folder.ancestors().take(there + 1).try_for_each(sync_folder)
 }
 
-/// The folder of a file; `.` where its name says none.
+/// The folder of a file; `.` where its name has none.
 pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -98,7 +98,7 @@ impl Drop for TemporaryFile {
     }
 }
 
-/// Removes the temporary files of this process, which then has to end: whoever writes a file from here on waits.
+/// Removes the temporary files of this process, which then has to end: a thread that writes a file from here on waits.
 pub(crate) fn abandon() {
     let files = unfinished();
     for path in &*files {
@@ -165,7 +165,7 @@ pub fn clear_temporary(folder: &Path) {
 }
 
 /// Whether two names stand for one file or folder that is there, however they are spelled: links, hard links, dots and,
-/// where the disk does not tell it apart, letter case.
+/// on a disk that ignores it, letter case.
 pub fn is_same(a: &Path, b: &Path) -> bool {
     matches!((identity(a), identity(b)), (Some(a), Some(b)) if a == b)
 }
@@ -416,7 +416,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn errors_of_writing_show_the_file_that_was_asked_for() {
-        // Where nobody may create a file, whoever runs the test.
+        // In a place where no user may create a file.
         let path = Path::new("/proc/self/file.txt");
         let message = write_bytes(path, "a").unwrap_err().to_string();
         assert!(message.starts_with("/proc/self/file.txt: "), "{message}");

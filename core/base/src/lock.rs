@@ -85,7 +85,7 @@ impl Lock {
                 Err(TryLockError::WouldBlock) => return Err(in_use(output, &mut file).into()),
                 Err(TryLockError::Error(refusal)) => return Err(io(refusal)),
             }
-            // Its last holder may have removed the name in the meantime: then this lock keeps nobody out.
+            // Its last holder may have removed the name in the meantime: then this lock excludes no process.
             if is_named(&file, &path) {
                 file.set_len(0).and_then(|()| write!(file, "{}", std::process::id())).map_err(io)?;
                 break file;
@@ -98,7 +98,7 @@ impl Lock {
     }
 }
 
-/// Removes the temporary files and the locks of this process, for it is about to end before its time: whoever writes a
+/// Removes the temporary files and the locks of this process, because it is about to end: a thread that writes a
 /// file, or takes or gives up a lock, waits from here on.
 pub fn abandon_outputs() {
     crate::file::abandon();

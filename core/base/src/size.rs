@@ -5,20 +5,20 @@
 
 use crate::BadInput;
 
-/// Taken to be free where the system does not tell [bytes].
+/// Assumed free memory where the system does not report it [bytes].
 const ASSUMED: u64 = 4 << 30;
 /// Not worth a look at the machine [byte].
 const MIN_ASKED: f64 = 1e6;
-/// Part of the free memory that one task may ask for; the rest is for everything that nobody counts [-].
+/// Part of the free memory that one task may ask for; the rest is for allocations that are not counted [-].
 const SHARE: f64 = 0.8;
 
 /// Memory that this process may still take [bytes]: what the machine has left, and where the process is in a control
-/// group, at most what the group may have. 4 GiB where the system does not tell.
+/// group, at most what the group may have. 4 GiB where the system does not report it.
 pub fn free_memory() -> u64 {
     let read = |path: &str| std::fs::read_to_string(path).ok();
     let machine = read("/proc/meminfo").and_then(|text| available(&text));
     let number = |path: &str| read(path)?.trim().parse::<u64>().ok();
-    // What the group uses counts the cache of files too, which makes room: the limit alone says something.
+    // What the group uses counts the cache of files too, which is freed on demand: only the limit is meaningful.
     let group = number("/sys/fs/cgroup/memory.max");
     [machine, group, address_space()].into_iter().flatten().min().unwrap_or(ASSUMED)
 }

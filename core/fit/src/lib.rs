@@ -1,4 +1,4 @@
-//! Problems with bounds: parameters fitted to measurements, for whatever model gives the residuals, and quadratic programs.
+//! Optimisation with bounds: parameters fitted to measurements by any function of residuals, and quadratic programs.
 //!
 //! [`least_squares`] finds the minimum near a start and gives the uncertainty of each parameter; [`search_globally`] finds where
 //! to start; [`FuzzyNetwork`] is a curve of five rules; [`folds`] are for cross-validation. Nothing here knows a robot.

@@ -36,7 +36,7 @@ const QUICK_TOLERANCE: f64 = 1e-2;
 const QUICK_JACOBIANS: usize = 2;
 /// Parts of a correction that are tried.
 const PARTS: [f64; 3] = [1.0, 0.5, 0.25];
-/// Times that the spread of the residuals is estimated anew, by which priors are weighed, and the part of it that is
+/// Iterations of the estimate of the residuals' spread, which weighs the priors, and the part of it that is
 /// worth another search [-].
 const MAX_ROUNDS: usize = 3;
 const SAME_SPREAD: f64 = 0.7;

@@ -1,6 +1,6 @@
 //! Axes: round ticks, and labels with enough digits to distinguish them.
 //!
-//! An axis has at least three ticks at multiples of 1, 2 or 5 times a power of ten, whatever its range. Labels show as
+//! An axis has at least three ticks at multiples of 1, 2 or 5 times a power of ten, for any range. Labels show as
 //! many digits as the step has. Where numbers would be long, a power of ten or an offset goes into the axis' name.
 
 use std::ops::Range;

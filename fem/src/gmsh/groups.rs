@@ -8,7 +8,7 @@ const DIMENSIONS: [&str; 4] = ["point", "curve", "surface", "volume"];
 
 /// The nodes of every physical group, as positions in `Sections::nodes`, not sorted, with repeats.
 ///
-/// A group's nodes are those of the elements on its entities. Groups of one name join, whatever their
+/// A group's nodes are those of the elements on its entities. Groups of one name join, for any
 /// dimensions. A group without a name is called by its tag, `"1"`; where groups of two dimensions share an
 /// unnamed tag they are called `"surface 1"`, `"volume 1"`, so that none swallows the other.
 pub(super) fn node_sets(sections: &Sections) -> BTreeMap<String, Vec<u32>> {

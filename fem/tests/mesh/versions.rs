@@ -11,7 +11,7 @@ use super::{MM, bad_input, read_sample, volume};
 /// A point in whole picometres: text has 16 digits, of centimetres.
 type Place = [i64; 3];
 
-/// Tetrahedra and groups as sets of places, whatever the order in the file.
+/// Tetrahedra and groups as sets of positions, in any order of the file.
 fn canonical(mesh: &Mesh) -> (BTreeSet<Vec<Place>>, BTreeMap<String, BTreeSet<Place>>) {
     let place = |node: &u32| mesh.nodes[*node as usize].map(|x| (x * 1e12).round() as i64);
     let cells = (0..mesh.cells.len()).map(|e| mesh.cells.nodes(e).iter().map(place).collect()).collect();

@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let own: Vec<&Trace> = traces.iter().filter(|trace| trace.kind == kind).collect();
         let n = own.len() as f64;
         let mean = |of: &dyn Fn(&Trace) -> f64| own.iter().map(|trace| of(trace)).sum::<f64>() / n;
-        // Both say Gaussians of unit variance, one at the distance: the area of the likelihood ratio.
+        // Both are Gaussians of unit variance, one at the distance: the area of the likelihood ratio.
         let area = |k: usize| mean(&|trace| normal(trace.distances[k] / std::f64::consts::SQRT_2));
         println!(
             "{kind}, {n}: {:.4}, {:.3}, {:.3}, {:.3}",

@@ -1,4 +1,4 @@
-//! Networks in their files: damaged as they are, and with slips in what they say of themselves under a checksum that is
+//! Networks in their files: damaged, and with errors in their metadata under a checksum that is
 //! right.
 
 use std::path::Path;

@@ -1,8 +1,8 @@
-//! Every reader on input that nobody meant: no panic, no abort, little memory, and refusals in the one form of an
+//! Every reader on damaged input: no panic, no abort, little memory, and refusals in the one form of an
 //! error.
 //!
 //! A few hundred cases each are drawn in every run; `HYSTERON_FUZZ_CASES=1000000` draws a million each, and
-//! `HYSTERON_FUZZ_S=600` ends each after ten minutes and says how far it came. Rigs, calibrations, journals, buses and
+//! `HYSTERON_FUZZ_S=600` ends each after ten minutes and prints the number of cases. Rigs, calibrations, journals, buses and
 //! trackers have theirs in `rig/virtual/tests/it/fuzz`, tables and scenes in `core/base/tests/fuzz`, drives in `actuator/tests/it`, studies next to
 //! their reader.
 
@@ -20,7 +20,7 @@ use hysteron_fuzz::assert_in_house_form;
 /// Most memory of this process, all readers together [bytes].
 const MEMORY_MAX: u64 = 500_000_000;
 
-/// A folder, and a file in it that is written anew for every case.
+/// A folder, and a file in it that is rewritten for every case.
 struct Case {
     _folder: tempfile::TempDir,
     path: PathBuf,

@@ -16,7 +16,7 @@ fn a_path_through_the_nominal_twin_is_carried_out_and_measured() {
     });
     let rmse = ((x + y) / found.n_samples() as f64).sqrt();
     // What is missed fades by a quarter in every sample, and half of the goal's way, 0.2 mm a sample at most, is
-    // missed anew where M is wrong by half, as where a tendon goes slack: 0.5 · 0.2 mm / 0.25.
+    // missed again where M is wrong by half, as where a tendon goes slack: 0.5 · 0.2 mm / 0.25.
     assert!(rmse < 0.4e-3, "{rmse}");
     for strokes in found.strokes() {
         assert!(strokes[found.n_samples() - 1] == 0.0 && strokes.iter().any(|stroke| stroke.abs() > 1e-3));

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use hysteron_tests::{names_in, program, run};
 
-/// On whatever TCP port is free.
+/// On any free TCP port.
 const EMULATE: [&str; 4] = ["rig", "emulate", "--port-tracker", "0"];
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use hysteron_tests::{members, root};
 
-/// Crates of which nobody reads the messages but who works on the project.
+/// Crates whose messages only developers of the project read.
 const INTERNAL: [&str; 3] = ["tests", "tests/fuzz", "bench"];
 /// Numbers that share their name with a value of a struct.
 const ALLOWED: [(&str, &str); 2] =

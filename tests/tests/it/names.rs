@@ -1,4 +1,4 @@
-//! A type's name stands for one idea in the whole workspace, and the first line of a doc comment says what an item is.
+//! A type's name stands for one idea in the whole workspace, and the first line of a doc comment defines the item.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! Numbers in documents come from archived files: `docs/numbers.toml` says which, and this compares.
+//! Numbers in documents come from archived files: `docs/numbers.toml` names them, and this compares.
 
 use std::collections::BTreeMap;
 

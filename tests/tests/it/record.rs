@@ -12,7 +12,7 @@ use hysteron_base::{JournalWriter, Recording, rng};
 use hysteron_tests::emulated::{EmulatedRig, signal};
 use hysteron_tests::{Outcome, program, run};
 
-/// From the death of a run to the last servo's release: the watchdog process tells all at once, and one that misses it
+/// From the death of a run to the last servo's release: the watchdog process commands all at once, and one that misses it
 /// up to three times in each of three transfers of 100 ms; four may [s].
 const RELEASE: f64 = 4.0 * 3.0 * 3.0 * 0.1;
 /// Processes of a busy machine wait for their turn that long [s].

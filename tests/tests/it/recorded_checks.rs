@@ -144,7 +144,7 @@ fn clean_recordings_of_the_virtual_rig_leave_nothing_in_doubt() {
             .collect();
         let recordings: Vec<&str> = recordings.iter().map(String::as_str).collect();
         assert_eq!(recordings.len(), 5, "{names:?}");
-        // A virtual tracker loses the tip as a real one does: these rows are marked, and a gap is said rightly.
+        // A virtual tracker loses the tip as a real one does: these rows are marked, and the gap is reported correctly.
         let warnings: Vec<_> =
             found(&place, &recordings).into_iter().filter(|(kind, ..)| kind != "gap").collect();
         assert_eq!(warnings, [], "{out}");

@@ -1,4 +1,4 @@
-//! Registers that somebody touched after the calibration: no verb switches torque on, and `rig check --restore` is the
+//! Registers that were changed after the calibration: no verb switches torque on, and `rig check --restore` is the
 //! way out.
 
 #![cfg(unix)]

@@ -246,7 +246,7 @@ fn a_mistake_in_a_study_is_named_before_anything_runs() {
     refused("\"twin\"", "\"twins\"", &["track.methods", "nominal", "twins"]);
     refused("\"twin\"", "\"nominal\"", &["track.methods", "\"nominal\" again"]);
     refused("repeats = 2", "repeats = 0", &["track.repeats", "got 0"]);
-    // An older file says `ways`: it is read as far as its next mistake.
+    // An older file has `ways`: it is read up to its next error.
     let methods = "methods = [\"nominal\", \"twin\", \"network\"]\nrepeats = 2";
     let ways = methods.replace("methods", "ways").replace('2', "0");
     refused(methods, &ways, &["track.repeats", "got 0"]);

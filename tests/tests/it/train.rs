@@ -97,7 +97,7 @@ fn tables_without_a_plan_are_validated_on_every_kind_of_motion_and_the_report_sa
     let network = &metrics["networks"][0];
     let n = |key: &str| network[key].as_array().unwrap().len();
     assert_eq!([n("validation"), n("training"), n("curve"), n("channels")], [3, 3, 2, 4]);
-    // After two epochs a network of eight units does not beat the regression everywhere, and the report says
+    // After two epochs a network of eight units does not beat the regression everywhere, and the report names
     // where.
     let methods = network["methods"].as_array().unwrap();
     let loses = |channel: &serde_json::Value| {

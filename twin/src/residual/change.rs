@@ -1,8 +1,8 @@
 //! How a robot has changed since its network was trained, in a few physical numbers that act before twin and network.
 //!
-//! A tendon that is tensioned anew does with the stroke u what it did with u + z. A servo that has grown a play does
-//! with u what it did with what comes through that play, for plays in a row add up. Both are therefore exact in
-//! front of the whole model, network included. Friction that has grown is another factor on all friction of the twin.
+//! A tendon that is tensioned again behaves at the stroke u as before at u + z. A servo with new backlash behaves
+//! at u as before at u after a backlash of that size, because backlashes in series add up. Both are therefore exact in
+//! front of the whole model, network included. Increased friction is another factor on all friction of the twin.
 
 use hysteron_actuator::Play;
 use hysteron_base::BadInput;

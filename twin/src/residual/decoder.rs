@@ -164,7 +164,7 @@ mod tests {
     /// Ĝ with a part that changes its sign with the first of two strokes, in the range ±1 mm.
     fn decoder() -> StrokeDecoder {
         // The difference of two virtual strokes moves the tip along x, their sum along y by half of what the first
-        // primary stroke says; the third does nothing.
+        // primary stroke requires; the third does nothing.
         let constant = [1.0, 0.0, -1.0, 0.0, 0.0, 0.0];
         let first = [0.0, 0.5, 0.0, 0.5, 0.0, 0.0];
         let coefficients = [&constant[..], &first, &[0.0; 4 * 6]].concat();

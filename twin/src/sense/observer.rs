@@ -49,7 +49,7 @@ pub struct Observation {
     pub steady: Vec<Option<Steady>>,
 }
 
-/// Path of the tendons, and time, after which the response is taken anew [m], [s].
+/// Path of the tendons, and time, after which the response is recomputed [m], [s].
 const RESPONSE_PATH: f64 = 2e-4;
 const RESPONSE_TIME: f64 = 0.5;
 /// Delay of a load after the servo's torque, with the speed that belongs to it [s].

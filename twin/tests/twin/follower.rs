@@ -87,6 +87,6 @@ fn a_robot_that_rests_aside_is_led_onto_its_path_at_the_allowed_rate() {
     let (moved, first, last) = follow([0.0, 0.0]);
     assert!(distance(first, rest) < distance(rest, [0.0, 0.0, rest[2]]), "a jump: {first:?}");
     assert!(moved[0].hypot(moved[1]) <= LIMITS.rate * 0.01 * (1.0 + 1e-12), "{moved:?}");
-    // Every sample takes away a quarter of what is missing, less where the bent robot moves less than M says.
+    // Every sample removes a quarter of the remaining error, less where the bent robot moves less than M predicts.
     assert!(last[0].hypot(last[1]) < 0.01 * rest[0].abs(), "{last:?}");
 }

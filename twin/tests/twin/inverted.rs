@@ -1,4 +1,4 @@
-//! Elements turned inside out: whatever balances there is no equilibrium.
+//! Inverted elements: a balance with them is no equilibrium.
 
 use std::collections::BTreeMap;
 

@@ -188,7 +188,7 @@ fn only_a_tip_that_jumps_on_its_way_is_no_data() {
         let mut drive = RecordedStrokes::new(&twin, &commands).expect("strokes of this robot");
         synthesise(&twin, &mut plant, &mut drive, Metadata::default(), &mut || true).expect("an outcome")
     };
-    // A network takes a second to come to what it says at rest, 4 mm in all: the robot has rested for long.
+    // A network takes a second to reach its output at rest, 4 mm in all: the robot has rested for long.
     let SyntheticOutcome::Made(found) = made(|sample| 4e-3 * (1.0 - (-0.05 * sample as f64).exp())) else {
         panic!("no data")
     };

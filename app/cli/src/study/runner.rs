@@ -120,7 +120,7 @@ impl<'a> Runner<'a> {
     /// Runs a command to its end. Ctrl-C is passed on to it, each as often as it comes.
     fn status_of(&self, step: &Step) -> anyhow::Result<ExitStatus> {
         let mut command = Command::new(&self.program);
-        // What is there is the study's own, whatever its options were when it was made.
+        // Existing files belong to the study, with any options.
         command
             .arg("--overwrite")
             .args(self.passed_on)

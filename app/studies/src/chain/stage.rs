@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 pub struct Argument {
     /// As typed, with paths from the current folder.
     pub typed: String,
-    /// Key in a stamp: the same from whatever folder the study is started.
+    /// Key in a stamp: it does not depend on the working directory.
     pub key: String,
     /// Files and folders whose content counts.
     pub reads: Vec<PathBuf>,
@@ -66,7 +66,7 @@ impl Step {
 pub enum Restart {
     /// The commands go on from them.
     GoesOn,
-    /// The stage begins anew.
+    /// The stage starts from the beginning.
     Afresh,
 }
 

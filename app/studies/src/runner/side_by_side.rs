@@ -98,7 +98,7 @@ pub fn side_by_side<R: Send>(
             }
         }
     });
-    // An error counts, whatever cells before it were ended for it.
+    // An error counts even if cells before it were ended for it.
     let found: Vec<Option<R>> = found.into_iter().collect::<Result<_>>()?;
     Ok(found.into_iter().collect())
 }

@@ -10,7 +10,7 @@ const PUBLISHED: [f64; 2] = [0.263, 0.184];
 #[test]
 fn friction_of_the_scara_is_found_from_single_trials_and_better_from_means() {
     for (joint, most) in PUBLISHED.into_iter().enumerate() {
-        // Means over three seeds: one draw of the noise says little.
+        // Means over three seeds: one draw of the noise is not enough.
         let cells: Vec<_> = (1..=3).map(|seed| friction_cell(joint, seed).unwrap()).collect();
         let mean =
             |method: &str, of: &dyn Fn(&hysteron_studies::arm::estimation::scara_friction::FrictionRow) -> f64| {

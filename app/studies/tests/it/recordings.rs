@@ -1,4 +1,4 @@
-//! Comparisons with data that is not part of the project: each says by name when it is skipped for want of it.
+//! Comparisons with data that is not part of the project: each reports by name if it is skipped without it.
 //! Where to get the originals: `bench/README.md`.
 
 use std::path::Path;

@@ -13,7 +13,7 @@ use crate::shared::outputs::Outputs;
 #[derive(Debug, Clone, Default)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct RobotOptions {
-    /// Hold a robot that floats: its base, and whatever else moves freely, stays where its file puts it
+    /// Hold a robot that floats: its base and all free joints stay where the file puts them
     #[cfg_attr(feature = "clap", arg(long))]
     pub fix_base: bool,
     /// Value of an argument of a robot file that is xacro; can be given several times

@@ -4,7 +4,7 @@
 //! A verb declares its inputs and outputs before it works. Files are compared by identity on the disk,
 //! not by their names, so links and other spellings are seen through. Whether a file is the verb's own stands in the
 //! file: every result holds the command that made it. What a rig has measured is never replaced, and no input either,
-//! whatever the options.
+//! with any options.
 
 use std::path::{Path, PathBuf};
 
@@ -102,7 +102,7 @@ impl Outputs {
     }
 
     /// It writes a report to a folder of results to which runs add: it sums up what is there, so that of an earlier run of
-    /// the same verb is replaced, whatever recordings that was given. The results are refused or accepted one by one.
+    /// the same verb is replaced, for any recordings. The results are refused or accepted one by one.
     pub fn report_of_results(mut self, option: &'static str, folder: &Path) -> Self {
         self.summaries.extend(REPORT.map(|name| folder.join(name)));
         self.report(option, Some(folder))
@@ -230,7 +230,7 @@ fn check_replaceable(option: &str, path: &Path, context: &Context) -> Result<(),
     }
 }
 
-/// Refuses a folder with a report that this program has not written, whatever its arguments were.
+/// Refuses a folder with a report that this program has not written, with any arguments.
 ///
 /// # Errors
 /// `BadInput` naming the option and the file.

@@ -158,7 +158,7 @@ impl Model {
     /// Reads a file of URDF or MJCF, whichever it is.
     ///
     /// # Errors
-    /// `BadInput` naming file, line and element for whatever makes no arm; `Io` if the file cannot be read.
+    /// `BadInput` naming file, line and element for a model that is no arm; `Io` if the file cannot be read.
     pub fn read(path: &Path) -> Result<Self> {
         Self::read_with(path, &ReadOptions::default())
     }

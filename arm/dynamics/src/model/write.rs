@@ -53,7 +53,7 @@ impl Model {
     /// The robot as URDF. URDF has no armature, springs, gravity and gravity compensation: they are left out.
     ///
     /// # Errors
-    /// `BadInput` for a joint that slides without end, which URDF cannot say.
+    /// `BadInput` for a prismatic joint without limits, which URDF cannot hold.
     pub fn to_urdf(&self) -> Result<String, BadInput> {
         let mut out = format!("<robot name=\"{}\">\n", escaped(&self.name));
         let base = self.body(None, BodyOrigin::AtJoint);

@@ -55,7 +55,7 @@ pub(super) fn root_is(text: &str, tag: &str) -> bool {
         .is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
 }
 
-/// An upper bound of the levels of elements in `text`, valid whatever it is.
+/// An upper bound of the levels of elements in `text`, for any text.
 fn deepest(text: &str) -> usize {
     let (mut depth, mut most, bytes) = (0_usize, 0, text.as_bytes());
     for (i, pair) in bytes.windows(2).enumerate() {
@@ -134,7 +134,7 @@ fn tag_end(text: &str, from: usize) -> (usize, usize, usize) {
     (text.len(), n, n_namespaces)
 }
 
-/// At most 80 characters of what an error says.
+/// At most 80 characters of an error message.
 pub(super) fn brief(text: &str) -> String {
     let mut kept: String = text.chars().take(80).collect();
     if kept.len() < text.len() {
@@ -146,7 +146,7 @@ pub(super) fn brief(text: &str) -> String {
 /// An element with its place; the macros of xacro make such elements too.
 #[derive(Debug, Clone)]
 pub(super) struct Element {
-    /// Its name; `xacro:` stands before that of the elements of xacro, whatever the file calls their namespace.
+    /// Its name; `xacro:` stands before that of the elements of xacro, with any name of their namespace in the file.
     pub tag: Rc<str>,
     attributes: Vec<(Rc<str>, Rc<str>)>,
     pub children: Vec<Element>,

@@ -91,7 +91,7 @@ fn wrist_has_the_published_potential() {
     }
 }
 
-/// The three-link arm as MJCF, with what URDF cannot say.
+/// The three-link arm as MJCF, with elements that URDF lacks.
 pub const MJCF: &str = r#"<?xml version="1.0"?>
 <!-- an arm -->
 <mujoco model="three_link">

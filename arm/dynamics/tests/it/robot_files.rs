@@ -77,7 +77,7 @@ fn a_tensor_is_measured_against_what_its_mass_can_have() {
     let wrong = "ixx=\"1e-5\" ixy=\"3e-5\" ixz=\"0\" iyy=\"1e-5\" iyz=\"0\" izz=\"1e-5\"";
     assert_eq!(read(&with(2, rounded), &ReadOptions::default()).n_joints(), 2);
     assert!(refusal(&with(2, wrong)).contains("inertia of link[l2]"));
-    // The base does not move: its tensor is nobody's.
+    // The base does not move: its tensor has no effect.
     let model = read(&with(0, wrong), &ReadOptions::default());
     assert!(
         model.notes().warnings[0].contains("link[b]") && model.notes().warnings[0].contains("does not move")

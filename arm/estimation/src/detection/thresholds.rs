@@ -11,7 +11,7 @@ pub fn noise_threshold(deviation: f64, gain: f64, period: f64, margin: f64) -> f
     3.0 * deviation * ((1.0 - alpha) / (1.0 + alpha)).sqrt() + margin
 }
 
-/// External torques of an arm that nobody touches, joint by joint.
+/// External torques of an arm without contact, joint by joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeMotion {
     /// Mean [N m]: what the model errs by.

@@ -31,7 +31,7 @@ pub struct ExcitationOptions<'a> {
 pub struct Excitation {
     /// The motion.
     pub motion: Fourier,
-    /// Parameters that torques can tell apart.
+    /// Parameters that torques can identify.
     pub n_parameters: usize,
     /// Condition number of their regressor over a drawn series within the same limits, before the search [-].
     pub condition_before: f64,

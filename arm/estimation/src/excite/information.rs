@@ -20,7 +20,7 @@ const STATES_PER_JOINT: usize = 30;
 /// A column whose part outside the span of the others is smaller than this depends on them [-].
 const INDEPENDENT: f64 = 1e-7;
 
-/// The parameters of a robot that torques can tell apart.
+/// The parameters of a robot that torques can identify.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Information {
     n: usize,

@@ -4,14 +4,14 @@ use hysteron_base::BadInput;
 
 use hysteron_arm_dynamics::{JointKind, Model};
 
-/// Limits that the robot's file does not say, or that are to be smaller.
+/// Limits that the robot's file lacks, or that are to be smaller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitOptions {
     /// Part of every limit that is used, 0 to 1 [-].
     pub part: f64,
-    /// Greatest speed of a joint whose file says none [rad/s or m/s].
+    /// Greatest speed of a joint whose file has none [rad/s or m/s].
     pub speed: Option<f64>,
-    /// Greatest acceleration of every joint; files never say one [rad/s² or m/s²].
+    /// Greatest acceleration of every joint; files never have one [rad/s² or m/s²].
     pub acceleration: Option<f64>,
 }
 

@@ -26,7 +26,7 @@ pub trait Motion {
     fn duration(&self) -> f64;
 }
 
-/// The motion as a recording at `rate_hz`, with its accelerations; `meta` says who made it, the robot and its joints are added.
+/// The motion as a recording at `rate_hz`, with its accelerations; `meta` is its provenance; the robot and its joints are added.
 ///
 /// # Errors
 /// `BadInput` for a rate that gives no or too many rows.
@@ -87,7 +87,7 @@ pub(crate) fn torque_use(
     most
 }
 
-/// Sign of a speed: zero at rest, where `signum` says one.
+/// Sign of a speed: zero at rest, where `signum` gives one.
 fn sign(speed: f64) -> f64 {
     if speed == 0.0 { 0.0 } else { speed.signum() }
 }

@@ -60,7 +60,7 @@ pub struct BodyFit {
     pub n_determined: usize,
     /// Ratio of the best to the worst determined of them, columns scaled [-].
     pub condition: f64,
-    /// Pairs of joint terms that the motion can hardly tell apart, in words.
+    /// Pairs of joint terms that the motion can hardly distinguish, in words.
     pub warnings: Vec<String>,
     parameters: DVector<f64>,
     terms: Vec<JointTerm>,

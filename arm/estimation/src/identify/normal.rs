@@ -105,7 +105,7 @@ impl RegressionColumns<'_> {
         10 * self.model.n_joints() + joint * self.terms.len() + term
     }
 
-    /// One per joint. The sums are taken chunk by chunk in one order, whatever the number of threads.
+    /// One per joint. The sums are taken chunk by chunk in one order, for any number of threads.
     pub fn normals(&self, motion: &JointMotion) -> Vec<JointNormal> {
         let n = self.model.n_joints();
         let width = CHUNK * n;

@@ -10,7 +10,7 @@ use super::pseudo_inertia::{InertialParameters, believable, divergence, matrix};
 use hysteron_arm_dynamics::spatial::Inertia;
 use hysteron_arm_dynamics::{Data, Model, regressor};
 
-/// A payload and what the data says of it.
+/// A payload and its uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PayloadFit {
     /// Mass [kg], centre of mass in the frame [m], second moment about it in the frame's axes (xx, xy, yy, xz, yz, zz) [kg m²].

@@ -1,7 +1,7 @@
 //! How measured torques follow those of the rigid arm: they may lead or lag, and grow or shrink with the frequency.
 //!
 //! Sensors and encoders have filters and latencies of their own, and joints with springs are not rigid: τ + a τ̇ + b τ̈ is the beginning of
-//! whatever linear response stands between both. Bodies are identified first, and stay what they are.
+//! any linear response between both. Bodies are identified first and do not change.
 
 use hysteron_base::BadInput;
 

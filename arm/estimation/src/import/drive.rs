@@ -58,7 +58,7 @@ pub(super) fn with_currents(recording: Recording, drive: &CatalogueDrive) -> Che
     Recording::new(recording.time().to_vec(), channels, recording.gap().to_vec(), meta)
 }
 
-/// Gain of the position loops, where the recording says it.
+/// Gain of the position loops, where the recording has it.
 ///
 /// # Errors
 /// `BadInput` for what is no gain.

@@ -68,7 +68,7 @@ pub struct ArmImport {
     pub first_left_out: Option<BadInput>,
 }
 
-/// Reads `path` as a recording of an arm, see [`read`]. `meta` says who imports it; the source, the joints and the first time are
+/// Reads `path` as a recording of an arm, see [`read`]. `meta` is its provenance; the source, the joints and the first time are
 /// added.
 ///
 /// # Errors
@@ -106,7 +106,7 @@ impl ArmProperties<'_> {
     }
 }
 
-/// The recording of an arm, checked by what is known of it, with currents where the drive tells them.
+/// The recording of an arm, checked by its known properties, with currents computed from the drive.
 ///
 /// # Errors
 /// `BadInput` for joints that differ in number between quantities or from the model's, numbers that look as if they had another

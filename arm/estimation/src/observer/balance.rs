@@ -24,7 +24,7 @@ pub struct StaticResidual<D> {
 }
 
 impl<D: Dynamics> StaticResidual<D> {
-    /// `friction` counts where `terms` says so.
+    /// `friction` counts if `terms` includes it.
     pub fn new(dynamics: D, friction: FrictionModel, terms: Terms) -> Self {
         assert_eq!(dynamics.n_joints(), friction.n_joints());
         Self { dynamics, friction, terms }

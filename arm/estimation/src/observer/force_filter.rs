@@ -1,4 +1,4 @@
-//! `ForceFilter`: a force that comes, stays and goes, of which joints say much while they move and little while they stand.
+//! `ForceFilter`: a time-varying force, of which joints carry much information while they move and little at rest.
 //!
 //! Components of f are Ornstein-Uhlenbeck processes of deviation σ and time T; the external torque of joint k is Jₖᵀ f + noise, of a variance
 //! that the caller gives: small for a joint in motion, that of its dry friction for one at rest. The Kalman filter of both, joint by joint.
@@ -73,7 +73,7 @@ mod tests {
         let spread = variance - gain[0] * k[0] - gain[1] * k[1];
         assert!((filter.force[1] - expected).abs() < 1e-12, "{} {expected}", filter.force[1]);
         assert!((filter.covariance[1][1] - spread).abs() < 1e-12, "{:?} {spread}", filter.covariance);
-        // Nothing was said of the other axes.
+        // The other axes had no measurement.
         assert_eq!([filter.force[0], filter.force[2]], [0.0; 2]);
         assert!((filter.covariance[0][0] - variance).abs() < 1e-12 * variance);
     }

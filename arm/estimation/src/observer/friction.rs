@@ -7,7 +7,7 @@ use hysteron_actuator::law::{CoulombViscous, JointFriction, Law, Sliding};
 pub enum LowSpeed {
     /// A line through zero between ∓ this speed, as in Saadatzi et al. (2019) [rad/s].
     Linear(f64),
-    /// Below this speed whatever holds the joint, up to the dry friction there: min(|τ|, f_s) sgn τ of Wan et al. (2026),
+    /// Below this speed the torque that holds the joint, up to the dry friction there: min(|τ|, f_s) sgn τ of Wan et al. (2026),
     /// eq. 39 [rad/s]. A contact that friction can hold is not felt at rest.
     Stick(f64),
     /// Below this speed what it was when the joint slid last, and every change since of what it holds, up to the dry friction

@@ -1,8 +1,8 @@
 //! Force at a frame from external joint torques.
 //!
 //! τ_ext = Jᵀ F + noise of covariance Σ, F before any measurement N(0, σ_F²): F̂ = P J Σ⁻¹ τ_ext with
-//! P = (J Σ⁻¹ Jᵀ + σ_F⁻²)⁻¹ its covariance. Near singularities this is least squares damped just so far as the joints say less of
-//! the force than was known before, and P says so.
+//! P = (J Σ⁻¹ Jᵀ + σ_F⁻²)⁻¹ its covariance. Near singularities this is damped least squares: the prior replaces the missing information of
+//! the joints, and P grows.
 
 use hysteron_arm_dynamics::{Data, Model, dense, forward_kinematics, frame_jacobian};
 

@@ -87,5 +87,5 @@ impl ServoForceTelemetry {
     }
 }
 
-/// Fewest rows of a trajectory: less than two seconds say nothing.
+/// Fewest rows of a trajectory: less than two seconds are not enough.
 const MIN_ROWS: usize = 100;

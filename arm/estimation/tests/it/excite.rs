@@ -1,4 +1,4 @@
-//! Designed motions: what they are at their ends, their limits, and what they say of the parameters.
+//! Designed motions: their ends, their limits, and the information on the parameters.
 
 use hysteron_arm_dynamics::*;
 use hysteron_arm_estimation::*;

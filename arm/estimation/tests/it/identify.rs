@@ -1,4 +1,4 @@
-//! Bodies come back from motions of known arms, can exist whatever the noise, and are as uncertain as they say.
+//! Bodies are recovered from motions of known arms, are physically consistent with any noise, and their standard errors are right.
 
 use hysteron_arm_dynamics::{Data, Model, inverse_dynamics};
 use hysteron_arm_estimation::identify::{

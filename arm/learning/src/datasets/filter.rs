@@ -39,11 +39,11 @@ pub fn differentiate(values: &[f64], times: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Largest part by which the rate that positions and velocities tell may be off.
+/// Largest relative error of the rate, compared with that from positions and velocities.
 const WORST_RATE: f64 = 0.2;
 
 /// # Errors
-/// `BadInput` where positions ([sample][joint]) do not move as velocities and rate [Hz] say.
+/// `BadInput` where positions ([sample][joint]) do not change by velocities and rate [Hz].
 pub(crate) fn check_rate([q, dq]: [&[f64]; 2], n_joints: usize, rate: f64) -> Result<(), BadInput> {
     let (mut products, mut squares) = (0.0, 0.0);
     for (q, dq) in q.windows(n_joints + 1).zip(dq) {

@@ -56,7 +56,7 @@ impl LearnedDynamics {
 }
 
 /// External torques `tau_ext_k_n_m` along a recording, by a momentum observer of gain `gain` > 0 [1/s] with learned dynamics; it
-/// begins anew after every gap.
+/// is reset after every gap.
 ///
 /// # Errors
 /// `BadInput` for channels that are not there, or of another arm.

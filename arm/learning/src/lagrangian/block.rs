@@ -92,7 +92,7 @@ impl<'a> From<[&'a [f64]; 3]> for BlockMotion<'a> {
     }
 }
 
-/// Samples of one pass; arrays are [row][joint] unless they say otherwise.
+/// Samples of one pass; arrays are [row][joint] by default.
 #[derive(Debug, Clone)]
 pub(crate) struct SampleBlock<T> {
     pub n_joints: usize,

@@ -23,7 +23,7 @@ pub struct LearnedDynamics {
 #[derive(Serialize)]
 struct Header<'a, D> {
     shape: &'a NetworkShape,
-    /// Of whoever trained the model.
+    /// Of the program that trained the model.
     details: &'a D,
 }
 
@@ -43,7 +43,7 @@ impl LearnedDynamics {
             && read_parameters_kind(path).is_ok_and(|kind| kind == Self::KIND)
     }
 
-    /// Writes the model's file; `details` are whatever else people may ask of it: data, seed, errors.
+    /// Writes the model's file; `details` are further metadata: data, seed, errors.
     ///
     /// # Errors
     /// If the file system refuses.

@@ -90,7 +90,7 @@ mod tests {
     fn recordings_that_cannot_be_are_refused() {
         let bad = samples_of(&recording(15, |t| t, &[]), 10.0).unwrap_err();
         assert!(bad.to_string().contains("more than 18 samples for the low-pass filter, got 15"), "{bad}");
-        // Twice the rate that positions and velocities tell.
+        // Twice the rate by positions and velocities.
         let bad = samples_of(&recording(1500, |t| 0.5 * t, &[]), 10.0).unwrap_err();
         assert_eq!((&bad.place[..], &bad.expected[..]), ("rate", "100 Hz"));
         let bad = samples_of(&recording(1500, |t| t, &[]), 30.0).unwrap_err();

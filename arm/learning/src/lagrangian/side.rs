@@ -2,7 +2,7 @@
 //!
 //! Outputs of a network stand row by row; a factor of seven joints has 28 numbers that are not always zero, which fill no register evenly.
 //! [`SIDE`] rows go through registers together instead: every array is [group of rows][element], each element one number of each of
-//! those rows. What stands in the places of rows that the last group lacks is nobody's.
+//! those rows. The values in places of rows that the last group lacks are not used.
 
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 use hysteron_learn::Float;

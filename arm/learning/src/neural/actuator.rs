@@ -32,7 +32,7 @@ pub struct NeuralActuator {
     pub joints: Vec<String>,
     /// Currents of the drives, for pure simulation.
     pub currents: CurrentModel,
-    /// Force, contact and condition by a network of their own; none where that in the loop says them, as published.
+    /// Force, contact and condition by a network of their own; none where the network in the loop estimates them, as published.
     pub sensing: Option<Sensing>,
     /// A longer force is a contact [N].
     pub contact: f64,

@@ -39,7 +39,7 @@ pub struct FirstOrderServo {
     pub lag: Vec<(usize, f64)>,
     /// For each motor, droop per gravity torque [rad/(N m)] and at zero [rad].
     pub droop: Vec<[f64; 2]>,
-    /// Gain of the position loops for which the droop per torque holds, as the register has it; none where recordings did not say theirs.
+    /// Gain of the position loops for which the droop per torque holds, as the register has it; none where recordings have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_gain: Option<f64>,
 }

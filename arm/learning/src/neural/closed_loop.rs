@@ -29,7 +29,7 @@ pub struct ActuatorLoop<'a, T> {
     rollouts: hysteron_learn::ClosedLoop<'a, SimulatedArms<'a>, T>,
 }
 
-/// A gradient with what it says of itself.
+/// A gradient with its diagnostics.
 #[derive(Debug, Clone, Default)]
 pub struct LoopGradient {
     /// The loss, part by part.

@@ -34,7 +34,7 @@ struct ComparedTask {
 }
 
 impl ComparedTask {
-    /// Forces and gates of the network, of either observer, and of the network in pure simulation where that says any.
+    /// Forces and gates of the network, of either observer, and of the network in pure simulation if it has such outputs.
     fn forces(&self, contact: [f64; 2]) -> [Option<Vec<ForceEstimates>>; 4] {
         let of = |rollouts: &[ArmRollout]| {
             rollouts.iter().map(|one| (one.force.clone(), one.gate.clone())).collect()

@@ -182,7 +182,7 @@ impl Windows {
     }
 }
 
-/// Detectors of the watched motor's condition on `test`, fitted to `training`; `said` is what is said of every sample of the trajectories
+/// Detectors of the watched motor's condition on `test`, fitted to `training`; `said` are the estimates for every sample of the trajectories
 /// of `training` and `test`.
 ///
 /// # Errors

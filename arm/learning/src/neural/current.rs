@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::data::{Trajectory, usual_gain};
 use super::features::FeatureLayout;
 
-/// Keeps columns apart that the data does not tell apart; relative.
+/// Regularisation of columns that the data does not distinguish; relative.
 pub(super) const PENALTY: f64 = 1e-9;
 
 /// Current of each motor as a line over its error, times the gain of its position loop, and speed: a position servo without what it
@@ -17,7 +17,7 @@ pub(super) const PENALTY: f64 = 1e-9;
 pub struct CurrentModel {
     /// For each motor, current per error [A/rad], per speed [A s/rad], and at zero [A].
     pub coefficients: Vec<[f64; 3]>,
-    /// Gain of the position loops for which the current per error holds, as the register has it; none where recordings did not say theirs.
+    /// Gain of the position loops for which the current per error holds, as the register has it; none where recordings have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_gain: Option<f64>,
 }
@@ -36,7 +36,7 @@ impl CurrentModel {
     /// By least squares over all rows.
     ///
     /// # Errors
-    /// `BadInput` where there is no row, or some recordings say their gain and others do not.
+    /// `BadInput` where there is no row, or some recordings have their gain and others do not.
     pub fn fit(features: &FeatureLayout, trajectories: &[Trajectory]) -> Result<Self, BadInput> {
         if trajectories.is_empty() {
             return Err(BadInput::new("recordings", "one or more", "none"));

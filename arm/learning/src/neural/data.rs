@@ -25,7 +25,7 @@ pub struct Trajectory {
     pub force: Vec<Option<[f64; 3]>>,
     /// Whether the motors are as they should be, where that is known.
     pub is_healthy: Option<bool>,
-    /// Gain of the motors' position loops, as the register has it; `None` where the recording does not say it.
+    /// Gain of the motors' position loops, as the register has it; `None` where the recording has none.
     pub position_gain: Option<f64>,
     /// True where a sample was filled in.
     pub gap: Vec<bool>,
@@ -135,7 +135,7 @@ pub fn gripper_of(recordings: &[Recording]) -> Result<Option<GripperAxis>, BadIn
     }
     let [x, y, xx, xy, yy] = sums.map(|sum| sum / n);
     let (variance, spread) = (xx - x * x, yy - y * y);
-    // Jaws that never move tell no slope; then the angle counts as it is, in the usual 22.8 mm/rad of the OpenManipulator-X.
+    // Jaws that never move do not determine the slope; then the angle is used directly, in the usual 22.8 mm/rad of the OpenManipulator-X.
     let slope = if variance > 1e-8 { (xy - x * y) / variance } else { 0.0228 };
     let left = spread - slope * slope * variance;
     if variance > 1e-8 && left > 0.1 * spread && spread > 1e-8 {
@@ -150,10 +150,10 @@ pub(super) fn gain_ratio(own: Option<f64>, other: Option<f64>) -> f64 {
     own.zip(other).map_or(1.0, |(own, other)| own / other)
 }
 
-/// Mean gain of the position loops; none where no recording says its own.
+/// Mean gain of the position loops; none where no recording has one.
 ///
 /// # Errors
-/// `BadInput` where some say it and others do not.
+/// `BadInput` where some have it and others do not.
 pub(super) fn usual_gain(trajectories: &[Trajectory]) -> Result<Option<f64>, BadInput> {
     let gains: Vec<f64> = trajectories.iter().filter_map(|one| one.position_gain).collect();
     if !gains.is_empty() && gains.len() < trajectories.len() {
@@ -165,7 +165,7 @@ pub(super) fn usual_gain(trajectories: &[Trajectory]) -> Result<Option<f64>, Bad
 
 /// A recording as a trajectory at steps of `period` [s]; a recording at other times is resampled.
 ///
-/// `unlabelled` says what a row without label of force means.
+/// `unlabelled` is the meaning of a row without label of force.
 ///
 /// # Errors
 /// `BadInput` naming what is missing, has another number of joints, comes at another rate, or too unevenly, or where a motor's torque was
@@ -285,7 +285,7 @@ fn check_times(recording: &Recording, period: f64) -> Result<(), BadInput> {
         let expected = format!("at most {:.0} % of the steps longer than 1.5 periods", 100.0 * MAX_LATE);
         return Err(uneven(expected, late));
     }
-    // A file that was resampled on import says what its own steps were.
+    // A file that was resampled on import holds the scatter of its original steps.
     let noted = recording.meta().extra.get(STEP_SCATTER).and_then(|text| text.parse().ok());
     let scatter = steps.scatter().max(noted.unwrap_or(0.0));
     if scatter > MAX_SCATTER {

@@ -97,7 +97,7 @@ impl FeatureLayout {
         self.set_state(state, to);
     }
 
-    /// Replaces what a state says: positions, speeds and errors.
+    /// Replaces the inputs that depend on the state: positions, speeds and errors.
     pub fn set_state(&self, state: &[f64], to: &mut [f64]) {
         let (m, n) = (self.motors(), self.joints);
         to[self.positions()..][..n].copy_from_slice(&state[..n]);

@@ -58,7 +58,7 @@ pub struct ActuatorOptions {
     pub prior: MotorModelKind,
     /// How it is trained.
     pub training: NeuralOptions,
-    /// Force, contact and condition by a network of their own; none where that in the loop says them, as published.
+    /// Force, contact and condition by a network of their own; none where the network in the loop estimates them, as published.
     pub sensing: Option<SensingOptions>,
     /// Step of the simulation [s].
     pub period: f64,

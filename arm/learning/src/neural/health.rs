@@ -1,4 +1,4 @@
-//! `JointHealth`: what the torques of the watched joint say of its condition, from one sample after the other.
+//! `JointHealth`: the condition of the watched joint from its torques, sample by sample.
 //!
 //! The external torque of a joint which no force on the tip explains, e = r − Jᵀ f̂ with f̂ of the other joints alone, is friction beyond the
 //! identified one, a spring, or an error of the bodies. It is a line over what these would be:
@@ -24,7 +24,7 @@ const FAULT: [f64; P] = [0.1, 0.1, 0.1, 0.3, 0.5, 0.5, 0.5];
 const FLOOR: f64 = 0.1;
 /// Speed over which friction turns its sign [rad/s].
 const WIDTH: f64 = 0.05;
-/// Below this speed friction may be anything up to its dry part, and a sample says nothing [rad/s].
+/// Below this speed friction may be anything up to its dry part, and a sample has no information [rad/s].
 const STANDS: f64 = 0.05;
 /// Samples in a row that count as one: errors of friction last about as long as a motion of the joint in one direction.
 pub(super) const ALIKE: f64 = 16.0;
@@ -250,7 +250,7 @@ impl HealthModel {
     }
 }
 
-/// Samples in motion from which a trajectory says something of its own.
+/// Fewest samples in motion of an informative trajectory.
 const WINDOW: usize = 64;
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ impl<'a> WindingTemperatures<'a> {
         &self.windings[step * width..(step + 1) * width]
     }
 
-    /// Keeps the windings of a step; the first begins anew.
+    /// Stores the windings of a step; the first resets them.
     pub fn begin(&mut self, step: usize) {
         if step == 0 {
             self.windings.clear();

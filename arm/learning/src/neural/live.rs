@@ -134,7 +134,7 @@ impl<'m> LiveEstimator<'m> {
         self.sensing.update([inputs, state, voltage])
     }
 
-    /// Windings and cases of drives in the loop since the last sample; as warm as the first says at the beginning.
+    /// Windings and cases of drives in the loop since the last sample; at the temperature of the first sample at the beginning.
     fn warm(&mut self, inputs: &[f64], state: &[f64]) {
         let (m, first) = (self.features.motors(), self.features.temperatures());
         if self.heat.is_empty() {

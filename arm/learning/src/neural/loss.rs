@@ -190,7 +190,7 @@ impl Heads {
         own.copy_from_slice(&to([own[0], own[1], own[2]]));
     }
 
-    /// The force that the outputs say [N]: gate times raw force.
+    /// The estimated force [N]: gate times raw force.
     pub fn force_of(&self, outputs: &[f64]) -> [f64; 3] {
         let gate = sigmoid(outputs[self.gate]);
         std::array::from_fn(|axis| gate * outputs[self.force + axis])

@@ -1,7 +1,7 @@
 //! Inputs of the network of labels from a sample: the telemetry, and results of momentum observers on the
 //! identified drive.
 //!
-//! Everything is causal and comes sample by sample. It sees recorded positions: it says what acts on the arm that is there, and takes no
+//! Everything is causal and comes sample by sample. Its inputs are recorded positions: it estimates what acts on the real arm, and has no
 //! part in a simulation.
 
 use hysteron_base::BadInput;

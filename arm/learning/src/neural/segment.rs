@@ -31,7 +31,7 @@ impl<'a> Segment<'a> {
 pub enum TelemetrySource<'a> {
     /// The recording, as published: the measured current carries part of the answer.
     Recorded,
-    /// A model of the drives says the currents from errors and speeds of the simulation; voltages and temperatures stay as they
+    /// A model of the drives gives the currents from errors and speeds of the simulation; voltages and temperatures stay as they
     /// were at the beginning. Nothing but goals comes from the recording.
     Modelled(&'a CurrentModel),
 }

@@ -1,7 +1,7 @@
 //! `Sensing`: force on the tip, contact and condition of a motor from telemetry, by a network next to a
 //! momentum observer.
 //!
-//! The published network says them within the simulation's loop. Here a second network sees what was measured, and the observer's force:
+//! The published network estimates them within the simulation's loop. Here the inputs of a second network are measurements and the observer's force:
 //! it learns what the observer leaves, in the weights of its own.
 
 use std::collections::VecDeque;
@@ -79,7 +79,7 @@ impl SensingHeader {
     }
 }
 
-/// Adds what outputs with the observer's force say.
+/// Adds the estimates from outputs and the observer's force.
 fn add(sensed: &mut SensedTrajectory, heads: &Heads, outputs: &[f64]) {
     sensed.force.push(heads.force_of(outputs));
     sensed.gate.push(sigmoid(outputs[heads.gate]));

@@ -27,7 +27,7 @@ pub struct RolloutServo {
     /// Parameters of its motors.
     #[serde(default, skip_serializing_if = "Motors::are_published")]
     pub motors: Motors,
-    /// Gain of the position loops that the stiffness holds for, as the register has it; none where recordings did not say theirs.
+    /// Gain of the position loops that the stiffness holds for, as the register has it; none where recordings have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_gain: Option<f64>,
 }

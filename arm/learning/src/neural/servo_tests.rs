@@ -165,7 +165,7 @@ fn is_found_and_followed(load_friction: bool) {
     let states = found.run(&arm, (&ALONE, 0.01), &[segment], other.len() - 1).unwrap();
     let worst = states.iter().zip(&other.states).step_by(2).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(worst < 2e-3, "{worst}");
-    // A recording without its gain among others that say theirs is no recording of the usual gain.
+    // A recording without its gain among others with theirs is not taken for one of the usual gain.
     let mixed = [known[0].clone(), Trajectory { position_gain: None, ..known[1].clone() }];
     let error =
         RolloutServo::fit(&arm, (&ALONE, 0.01, &motors), &mixed, &|_, _| true).unwrap_err().to_string();

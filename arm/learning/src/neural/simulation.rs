@@ -86,7 +86,7 @@ impl SimulationOptions {
         }
     }
 
-    /// With this drive in the loop of every motor, and its armature, damping and stall torque where these motors do not say otherwise.
+    /// With this drive in the loop of every motor, and its armature, damping and stall torque where these motors do not set them.
     pub fn with_drive(drive: &CatalogueDrive, motors: &Motors, period: f64) -> Self {
         let Drive { motor, supply, gear, .. } = &drive.drive;
         let stall = motor.stall_torque * supply.voltage / motor.rated_voltage;

@@ -336,7 +336,7 @@ fn a_servo_is_learned_without_torques_and_the_training_goes_on_bit_for_bit() {
     assert!(refused.contains("a whole safetensors file"), "{refused}");
 }
 
-/// One whose network says no torque.
+/// One whose network gives no torque.
 fn silent_actuator(simulation: &ArmSimulation, training: &[Trajectory]) -> NeuralActuator {
     let network = Transformer::<f32>::new(&shape(TemporalForm::Streaming), 1).unwrap();
     NeuralActuator {
@@ -575,7 +575,7 @@ fn recordings_that_are_not_whole_or_at_another_rate_are_refused() {
     // No step is late, every other one is 45 % of a period off.
     let found = refusal(&changed("", |i| PERIOD * (i as f64 + 0.45 * (i / 2 % 2) as f64)));
     assert!(found.contains("scatter by at most 20 % about their median, got"), "{found}");
-    // Without any channel of force nothing is known of it, unless the motion is said to be free.
+    // Without any channel of force nothing is known of it, unless the motion is labelled free.
     let mut channels = recording(1, 100).channels().to_vec();
     channels.retain(|channel| !channel.name.starts_with("force"));
     let times = (0..100).map(even).collect();

@@ -300,7 +300,7 @@ impl TrainingTask<Transformer<f32>> for NeuralTask<'_> {
         Schedule { epochs, patience: epochs, adam, decay: Decay::Cosine, ema: Some(self.options.ema) }
     }
 
-    /// With a servo in the loop a network that says nothing is that servo: what is kept is no worse in validation.
+    /// With a servo in the loop a network without torque is that servo: the weights that are kept are no worse in validation.
     fn keeps_the_first(&self) -> bool {
         self.simulation.options().mover().is_some()
     }

@@ -114,7 +114,7 @@ fn the_scale_of_a_mass_matrix_is_that_of_its_diagonal() {
         for ((d, spread), [low, high]) in found.factor.iter().zip(&spreads.factor).zip(range) {
             // A regression that takes H for constant: of its order.
             assert!((low / 2.0..2.0 * high).contains(&d.powi(power)), "{d} {low} {high}");
-            // Gravity makes what spreads say too large.
+            // Gravity makes the spreads too large.
             assert!(spread.powi(power) > 3.0 * high, "{spread} {high}");
         }
     }
@@ -166,7 +166,7 @@ fn kuka_and_panda_are_read_in_blocks() {
     let Some(folder) = recorded("kuka_and_panda_are_read_in_blocks", "arms/kuka-lwr4") else { return };
     let set = kuka(&folder).unwrap();
     assert_eq!((set.training.len(), set.test.len(), set.training.trajectories.len()), (5027, 5027, 8));
-    // Friction below zero, which its file has, is no reason to refuse an arm whose bodies are identified anew.
+    // Friction below zero, which its file has, is no reason to refuse an arm whose bodies are identified again.
     assert_eq!(kuka_arm(&folder).unwrap().n_joints(), 7);
     let Some(folder) = recorded("kuka_and_panda_are_read_in_blocks", "arms/panda-gaz") else { return };
     let set = panda(&folder).unwrap();

@@ -113,7 +113,7 @@ fn still_tip(series: &MeasuredSeries) -> Option<Warning> {
     )
 }
 
-/// True where the tip comes to row `i` by a larger step than it goes on by, or nothing follows that could tell.
+/// True where the tip comes to row `i` by a larger step than the next one, or no next step exists.
 fn jumps(series: &MeasuredSeries, i: usize) -> bool {
     let step = |i: usize| -> f64 {
         series.tip.iter().map(|axis| (axis.values[i] - axis.values[i - 1]).powi(2)).sum::<f64>().sqrt()

@@ -11,7 +11,7 @@ use crate::Recording;
 
 /// Rows of a stretch.
 const STRETCH: usize = 64;
-/// Fewest changes within a stretch: a robot at rest, of which a coarse sensor says one value, is no copy.
+/// Fewest changes within a stretch: a robot at rest, for which a coarse sensor has one value, is no copy.
 const MIN_CHANGES: u32 = 8;
 /// One of so many hashes is kept.
 const KEPT: u64 = 8;

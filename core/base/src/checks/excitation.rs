@@ -10,7 +10,7 @@ const PULLED: f64 = 0.02;
 /// Correlation of strokes from which tendons are pulled together [-]: what differs is below a hundredth of what they share.
 const TOGETHER: f64 = 0.9999;
 /// Fewest reversals of the strokes from which friction and backlash are distinguished from elasticity: two
-/// make one loop, and a second loop says how well it repeats.
+/// make one loop, and a second loop shows how well it repeats.
 const MIN_REVERSALS: usize = 4;
 /// A stroke turns where it goes back by this part of its range [-]; wider than what a rig's noise does.
 const TURNS: f64 = 0.1;

@@ -26,13 +26,13 @@ const ABSOLUTE_ZERO: f64 = -273.15;
 const SPEED_FACTOR: f64 = 4.0;
 /// Currents at full duty cycle, from what is recorded at any: some hundredths of a small servo's at stall; a large drive's [A].
 const CURRENTS_AT_FULL_PWM: [f64; 2] = [0.01, 1000.0];
-/// A mean duty cycle below this says nothing: its motor stands, and its sensor of current reads noise [-].
+/// A mean duty cycle below this has no information: its motor stands, and its sensor of current reads noise [-].
 const IDLE_PWM: f64 = 0.02;
 /// A joint at this speed or more moves [rad/s or m/s].
 const MOVING: f64 = 0.05;
-/// A quarter of the finest step in which servos tell their currents: the median of moving motors' is larger [A].
+/// A quarter of the finest resolution of servo currents: the median of moving motors' is larger [A].
 const SMALLEST_CURRENT: f64 = 2.5e-4;
-/// Below this correlation the change of the coordinate says nothing about the speed [-].
+/// Below this correlation the change of the coordinate does not determine the speed [-].
 const CORRELATION: f64 = 0.7;
 /// How far coordinates may lie outside a joint's range, in ranges [-].
 const OUTSIDE: f64 = 0.5;
@@ -52,7 +52,7 @@ impl<'a> JointChannels<'a> {
         Self(recording.channels().iter().filter_map(named).collect())
     }
 
-    /// A quantity of a joint, k from 0, in whatever unit.
+    /// A quantity of a joint, k from 0, in any unit.
     fn get(&self, stem: &str, k: usize) -> JointQuantity<'a> {
         self.0.get(format!("{stem}_{}", k + 1).as_str()).copied()
     }

@@ -91,11 +91,11 @@ pub struct Warning {
     pub severity: Severity,
     /// Kind of finding.
     pub kind: Finding,
-    /// Name of the recording; empty for what is said of all of them.
+    /// Name of the recording; empty for a warning about all of them.
     pub recording: String,
     /// Channel, or channels.
     pub channel: String,
-    /// First and last row, counted from 1; none for what is said of all rows.
+    /// First and last row, counted from 1; none for a warning about all rows.
     pub rows: Option<[usize; 2]>,
     /// The finding in words, its number and its limit among them.
     pub finding: String,
@@ -151,7 +151,7 @@ impl Warning {
         self
     }
 
-    /// The rows as text: `12` or `12 to 30`; `all` where it is said of all.
+    /// The rows as text: `12` or `12 to 30`; `all` for all rows.
     pub fn rows_text(&self) -> String {
         match self.rows {
             None => "all".to_owned(),
@@ -160,7 +160,7 @@ impl Warning {
         }
     }
 
-    /// The warning as the error of whoever refuses it.
+    /// The warning as an error, for callers that refuse it.
     pub fn into_bad_input(self, expected: &str) -> BadInput {
         let place = match self.rows {
             Some(_) => format!("{}, rows {}", self.channel, self.rows_text()),
@@ -201,9 +201,9 @@ pub enum Purpose {
 pub struct CheckContext<'a> {
     /// Purpose of the recordings.
     pub purpose: Purpose,
-    /// Length of the body from its clamp to its tip, where a scene says it [m].
+    /// Length of the body from its clamp to its tip, where a scene gives it [m].
     pub body_length: Option<f64>,
-    /// Range of each joint, where a robot says it [rad or m].
+    /// Range of each joint, where a robot gives it [rad or m].
     pub joint_ranges: &'a [Option<[f64; 2]>],
 }
 
@@ -232,7 +232,7 @@ pub fn check_recordings(recordings: &[(&str, &Recording)], context: &CheckContex
     found
 }
 
-/// Looks for numbers of an arm's joints that have another unit than their names say; the first finding.
+/// Looks for numbers of an arm's joints whose unit differs from their names; the first finding.
 pub fn check_joint_units(recording: &Recording, joint_ranges: &[Option<[f64; 2]>]) -> Option<Warning> {
     joints::check(recording, joint_ranges).into_iter().next()
 }

@@ -10,7 +10,7 @@ const COMMANDS: [&str; 7] = ["stroke_", "aux_", "goal_", "target_", "twin_", "ti
 /// Flags that a program writes for a row.
 const FLAGS: [&str; 3] = ["extrapolating", "limited", "contact"];
 
-/// True for what is asked for or said by a program, not measured.
+/// True for commands and computed values, which are not measured.
 pub fn is_command(name: &str) -> bool {
     FLAGS.contains(&name)
         || name.ends_with("labelled_ratio")

@@ -93,7 +93,7 @@ fn ratio(stroke: f64, tip: f64) -> Option<Warning> {
     Some(Warning::new(Finding::Unit, "tip, strokes", finding).measured(found, limit, "-").hint(hint))
 }
 
-/// Between two tips there are at most two lengths of the body, in whatever frame they were recorded.
+/// Between two tips there are at most two lengths of the body, in any frame.
 fn reach(series: &MeasuredSeries, length: f64) -> Option<Warning> {
     let sides = series.tip.iter().map(|axis| extremes(axis.values.iter().copied()));
     let (apart, channel) = sides.zip(&series.tip).map(|([min, max], axis)| (max - min, &axis.name)).fold(

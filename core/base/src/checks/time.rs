@@ -13,7 +13,7 @@ const SHORTEST_STEP_S: f64 = 2e-5;
 const HOLE: f64 = 1.5;
 /// Most of the duration that may be missing [-]: the error of a good fit, some percent of the range, should not come from there.
 const MISSING: f64 = 0.01;
-/// A hole of so many steps is said however long the recording is [-]: what a window of a network or a tendon's
+/// A hole of so many steps is reported for any length of the recording [-]: what a window of a network or a tendon's
 /// reversal is missed in.
 const LONG_HOLE: f64 = 10.0;
 /// Ratio of the steps at the 90th and the 10th percentile from which there is no rate [-]: half a step of jitter either way.

@@ -10,7 +10,7 @@ type Check<T> = Result<T, BadInput>;
 
 /// Largest part of the rows that may be left out [-].
 pub const MAX_LEFT_OUT: f64 = 0.1;
-/// Ends the name of a channel that says where another has a label.
+/// Ends the name of a channel that marks the labelled rows of another.
 pub const LABELLED: &str = "labelled_ratio";
 
 /// A channel, and where its numbers stand.
@@ -71,7 +71,7 @@ pub(super) fn assemble(
     Ok(Assembled { recording, columns: columns.source.clone(), episode: None, n_left_out, first_left_out })
 }
 
-/// Name of the channel that says where `name` has a label: `force_z_labelled_ratio`.
+/// Name of the channel that marks the labelled rows of `name`: `force_z_labelled_ratio`.
 fn labels_of(name: &str) -> String {
     let stem = Unit::of_name(name).map_or(name, |(stem, _)| stem);
     format!("{stem}_{LABELLED}")
@@ -276,7 +276,7 @@ fn values(
     (values, selection.unlabelled.filter(|_| has_label).map(|_| flags()))
 }
 
-/// Metadata with the robot and the names of its joints, where the caller did not say.
+/// Metadata with the robot and the names of its joints, where the caller did not give them.
 fn described(mut meta: Metadata, columns: &ColumnMap) -> Metadata {
     let mut note = |key: &str, value: Option<String>| {
         if let Some(value) = value {

@@ -23,7 +23,7 @@ const NOTES: [(&str, &str); 8] = [
     ("motor", "motor"),
 ];
 
-/// The samples, and what the log says next to them: pairs of metadata.
+/// The samples, and the notes of the log as pairs of metadata.
 pub(super) fn read(path: &Path) -> Result<(Table, Vec<(String, String)>)> {
     let bytes = file::read_up_to(path, MAX_BYTES)?;
     Ok(parse(&bytes).map_err(|bad| bad.within(path.display()))?)

@@ -30,7 +30,7 @@ const FILES: [(&str, &str); 17] = [
     ("trunk", include_str!("../../columns/trunk.toml")),
     ("ur10e", include_str!("../../columns/ur10e.toml")),
 ];
-/// Those that leave something open which the file does not say: never taken unasked.
+/// Maps that leave something undefined: used only by name.
 const ASKED_FOR: [&str; 5] = ["delan-characters", "lerobot-deg", "lerobot-rad", "trunk", "ur10e"];
 /// Most columns of a list.
 const WIDEST: usize = 1000;
@@ -50,7 +50,7 @@ pub struct ColumnMap {
     pub(super) keep_times: bool,
     /// How a table of text is divided.
     pub(super) text: TextFormat,
-    /// The column whose values tell episodes apart.
+    /// The column with the number of the episode.
     pub(super) episode: Option<String>,
     pub(super) filter: Option<RowFilter>,
     /// Channels that have one value throughout, in SI, by name.
@@ -248,7 +248,7 @@ impl ColumnMap {
         Ok(Self::parse(&file::read_text(path)?, text).map_err(|bad| bad.within(text))?)
     }
 
-    /// Reads a description; `source` is what the recording says of it.
+    /// Reads a description; `source` is its description in the recording.
     ///
     /// # Errors
     /// `BadInput` naming line and key.

@@ -1,6 +1,6 @@
 //! Recordings from the files of other programs, of tendon robots and of arms.
 //!
-//! A file is a table of numbers; a map ([`ColumnMap`]) says which of its columns are what, in which unit, with which sign, zero and
+//! A file is a table of numbers; a map ([`ColumnMap`]) gives quantity, unit, sign, zero and
 //! frame. Maps of known data sets are part of the program (`columns/`). Further files come to the rows of the first by a key or by
 //! their times. Rows at uneven times are resampled onto a fixed rate, and what was missing is interpolated and marked as a gap.
 //! Nothing is filtered.
@@ -45,7 +45,7 @@ pub struct Request {
     pub rate_hz: Option<f64>,
     /// The rows to read.
     pub filter: Option<RowFilter>,
-    /// The column whose values tell episodes apart; overrides that of the map.
+    /// The column with the number of the episode; overrides that of the map.
     pub episode: Option<String>,
     /// Treatment of rows that cannot be read.
     pub bad_rows: BadRows,
@@ -67,7 +67,7 @@ pub struct Assembled {
 }
 
 /// Reads `paths` as recordings, one for each episode: tables (`.csv`, `.txt`, `.tsv`, `.dat`, `.parquet`, `.npz`, `.npy`), logs of
-/// bam (`.json`), or a folder of lists. The rows are those of the first; the others are joined to them. `meta` says who imports;
+/// bam (`.json`), or a folder of lists. The rows are those of the first; the others are joined to them. `meta` is the provenance;
 /// the map and the first time are added.
 ///
 /// # Errors
@@ -119,7 +119,7 @@ pub fn propose_for(path: &Path) -> Result<String> {
     Ok(propose::propose(&table, &path.display().to_string()))
 }
 
-/// The table of a file or a folder, and what it says of itself.
+/// The table of a file or a folder, and its metadata.
 ///
 /// # Errors
 /// As [`read`].

@@ -166,7 +166,7 @@ fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
-/// The map in TOML. Every line says why the column was taken for what it is; columns that were taken for nothing follow as comments
+/// The map in TOML. Every line gives the reason for its quantity; columns without a quantity follow as comments
 /// with their ranges.
 pub fn propose(table: &Table, source: &str) -> String {
     let names: Vec<ParsedName> = (0..table.columns().len()).map(|k| parsed(table, k)).collect();

@@ -6,7 +6,7 @@ use serde::Deserialize;
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Join {
-    /// The column whose values tell which rows belong together; by time where there is none.
+    /// The column whose equal values join rows; by time without one.
     pub by: Option<String>,
     /// The further file's column of times; called as in the first where it is not named.
     pub time: Option<String>,

@@ -1,4 +1,4 @@
-//! Files of other programs as recordings, and what is said of those that cannot be.
+//! Files of other programs as recordings, and the errors of those that are refused.
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
@@ -122,7 +122,7 @@ fn the_programs_own_names_need_no_map() {
     assert_eq!(recording.channel("q_1_rad").unwrap(), [0.1, 0.2, 0.3]);
     assert_eq!(recording.channel("tip_x_m").unwrap(), [2e-3, 4e-3, 6e-3]);
     assert_eq!(recording.channel("load_1").unwrap(), [5.0, 6.0, 7.0]);
-    // One name that says nothing, or no time: a map is asked for.
+    // One unknown name, or no time: the error asks for a map.
     for text in [text.replace("load_1", "load"), text.replace("time_s", "clock_n")] {
         std::fs::write(&path, text).unwrap();
         let error = read(std::slice::from_ref(&path), &Request::default(), Metadata::default()).unwrap_err();

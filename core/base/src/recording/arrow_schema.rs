@@ -1,5 +1,5 @@
 //! Durations in the schema that Arrow leaves in a Parquet file's metadata: Parquet itself stores them as whole numbers and does
-//! not say that they are times.
+//! not mark them as times.
 //!
 //! The metadata `ARROW:schema` is a FlatBuffers message in base64 (`Schema.fbs`, `Message.fbs`), as pyarrow, pandas and polars
 //! write it. What cannot be read is no duration.

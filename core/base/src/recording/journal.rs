@@ -114,7 +114,7 @@ impl JournalWriter {
     /// Begins a journal in an empty file of another kind.
     ///
     /// # Errors
-    /// `InvalidInput` for names that are none; else what the file says.
+    /// `InvalidInput` for invalid names; else the error of the file.
     pub fn over(file: Arc<dyn JournalFile>, names: &[String], meta: &Metadata) -> io::Result<Self> {
         let header = header(names, meta).map_err(|bad| invalid(bad.to_string()))?;
         Self::begin(file, &header, names.len())

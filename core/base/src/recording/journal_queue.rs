@@ -62,7 +62,7 @@ fn wait<'a>(condition: &Condvar, state: MutexGuard<'a, QueueState>) -> MutexGuar
 }
 
 impl JournalQueue {
-    /// Puts threads between a journal and whoever appends to it.
+    /// Puts threads between a journal and its writer.
     ///
     /// # Errors
     /// If the system gives no thread.
@@ -95,7 +95,7 @@ impl JournalQueue {
     /// Hands a row over: as [`JournalWriter::append`], but it is with the operating system a moment later.
     ///
     /// # Errors
-    /// `InvalidInput` as there. `TimedOut` if the queue is full: the row is then lost. What the file system said of an
+    /// `InvalidInput` as there. `TimedOut` if the queue is full: the row is then lost. The error of the file system for an
     /// earlier one: the row is then kept, and all that wait are tried again.
     pub fn append(&mut self, time: f64, values: &[f64]) -> io::Result<()> {
         hand_over(&self.shared, self.frames.row(time, values)?)
@@ -109,7 +109,7 @@ impl JournalQueue {
         hand_over(&self.shared, self.frames.note(time, text)?)
     }
 
-    /// Waits until the queue is at most half full, for whoever is not bound to a clock.
+    /// Waits until the queue is at most half full, for callers without a clock.
     pub fn wait_for_room(&self) {
         let mut state = self.shared.state();
         while state.waiting.len() > MAX_WAITING / 2 && state.error.is_none() {
@@ -123,7 +123,7 @@ impl JournalQueue {
     /// Errors of the file system; bytes that it did not take are tried again by the next call.
     pub fn flush(&mut self) -> io::Result<()> {
         let mut state = self.shared.state();
-        // What was said before may hold no more.
+        // An earlier error may no longer hold.
         state.error = None;
         self.shared.filled.notify_all();
         while state.error.is_none() && (state.is_writing || !state.waiting.is_empty()) {

@@ -240,7 +240,7 @@ fn a_full_disk_is_an_error_of_the_file_system() {
     let mut journal = JournalWriter { frames: Frames::new(1), output };
     assert_eq!(kind(journal.append(0.0, &[0.0])), io::ErrorKind::StorageFull);
     assert!(journal.output.is_broken); // a device has no length to return to
-    // A device cannot be cut: the operating system says so, and not the check of the row.
+    // A device cannot be truncated: the operating system reports it, not the check of the row.
     let error = journal.append(0.0, &[0.0]).unwrap_err();
     assert!(error.kind() == io::ErrorKind::InvalidInput && error.raw_os_error().is_some(), "{error}");
 }

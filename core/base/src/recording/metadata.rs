@@ -7,7 +7,7 @@ use super::{Check, FORMAT, VERSION};
 use crate::BadInput;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Provenance of a recording. Empty where a file did not say.
+/// Provenance of a recording. Empty where a file has none.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Metadata {
     /// SHA-256 of the scene file, see [`crate::Scene::hash`].

@@ -205,7 +205,7 @@ impl Recording {
     }
 
     /// Reads a recording, `.parquet`, `.csv` or `.journal` by its extension. Of a journal that was killed or is
-    /// damaged, what is whole is read; [`Journal::read`] says what was lost.
+    /// damaged, the valid part is read; [`Journal::read`] returns the loss.
     ///
     /// # Errors
     /// `BadInput` naming file, row and column; `Io` if the file cannot be read.
@@ -221,7 +221,7 @@ impl Recording {
         }
     }
 
-    /// Reads what a recording says of itself, of a `.parquet` or `.csv` without reading its rows.
+    /// Reads the metadata of a recording, of a `.parquet` or `.csv` without reading its rows.
     ///
     /// # Errors
     /// As [`Recording::read`].

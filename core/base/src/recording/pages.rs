@@ -1,6 +1,6 @@
 //! Headers of Parquet's pages, looked at before `parquet` takes the memory that they claim.
 //!
-//! A page says how many bytes it will have after decompression, and `parquet` clears as many before it decompresses:
+//! A page declares its size after decompression, and `parquet` clears as many bytes before it decompresses:
 //! a damaged number there is gigabytes. Of most codecs the bytes which are there bound what they can become; zstd and Brotli
 //! write a run of any length in a few bytes, and there the largest page that writers make is the bound.
 //!

@@ -107,7 +107,7 @@ pub(crate) fn opened(source: File) -> Check<SerializedFileReader<File>> {
     Ok(reader)
 }
 
-/// The columns that Arrow says are spans of time.
+/// The columns that are durations in Arrow's schema.
 pub(crate) fn durations(reader: &SerializedFileReader<File>) -> Durations {
     let pairs = reader.metadata().file_metadata().key_value_metadata().into_iter().flatten();
     let schema = pairs.filter(|pair| pair.key == "ARROW:schema").find_map(|pair| pair.value.as_deref());
@@ -191,7 +191,7 @@ fn in_si(values: ColumnValues, unit: Option<&Unit>, name: &str) -> Check<Vec<f64
     }
 }
 
-/// The flags of a column: 0 or 1 of whatever type.
+/// The flags of a column: 0 or 1 of any type.
 fn flags(values: &ColumnValues, name: &str) -> Check<Vec<bool>> {
     let flag = |(row, value): (usize, &f64)| match *value {
         0.0 => Ok(false),

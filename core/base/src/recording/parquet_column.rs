@@ -1,4 +1,4 @@
-//! Columns of Parquet as numbers: every physical type, and the logical ones that say what its numbers mean.
+//! Columns of Parquet as numbers: every physical type, and the logical types with the meaning of the numbers.
 //!
 //! Stamps and spans of time become seconds, stamps those after the whole second in which the first lies (a double of the seconds
 //! since 1970 is good to a quarter of a microsecond only); decimals, halves and unsigned numbers what they are.
@@ -43,14 +43,14 @@ enum IntegerKind {
     Other,
 }
 
-/// The values of a column, whatever its type.
+/// The values of a column of any type.
 #[derive(Debug, Default)]
 pub(crate) struct ColumnValues {
     /// Row by row, or element by element of lists; NaN where there is none.
     pub numbers: Vec<f64>,
     /// Where the rows of a column of lists begin; empty of others.
     pub starts: Vec<usize>,
-    /// True where the numbers are seconds, whatever the column's name says.
+    /// Whether the numbers are seconds, independent of the column's name.
     pub are_seconds: bool,
     /// Of stamps: the whole second that they count from [s since 1970].
     pub origin: Option<i64>,

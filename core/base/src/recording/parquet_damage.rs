@@ -1,4 +1,4 @@
-//! Parquet files that are damaged: what is said of them, whether `parquet` tells or asserts.
+//! Errors of damaged Parquet files, whether `parquet` returns an error or panics.
 
 use super::Check;
 use crate::BadInput;

@@ -206,7 +206,7 @@ fn csv_errors_name_the_metadata() {
     csv_rejects("# source: \"a\ntime_s\n0\n", "line 1: source", "\"a");
 }
 
-/// Writes a parquet file of another make: columns of doubles, optional if it says so, and these pairs.
+/// Writes a parquet file of another make: columns of doubles, optional if marked so, and these pairs.
 fn foreign_parquet(path: &Path, columns: &str, pairs: &[(&str, &str)]) {
     use ::parquet::data_type::DoubleType;
     use ::parquet::file::{metadata::KeyValue, properties::WriterProperties, writer::SerializedFileWriter};

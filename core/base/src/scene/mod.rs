@@ -176,7 +176,7 @@ pub struct Tendon {
     /// How much the tendon stretches per tension, from the servo to its end [m/N], >= 0; zero for one that keeps
     /// its length.
     pub compliance: f64,
-    /// How far the tendon has already been pulled when a recording says stroke zero [m]: positive for pretension,
+    /// How far the tendon has already been pulled at stroke zero of a recording [m]: positive for pretension,
     /// negative for slack.
     pub zero: f64,
 }

@@ -101,7 +101,7 @@ pub(super) struct TendonTable {
     pub zero_mm: Option<f64>,
 }
 
-/// A point as an array, or as a table that says more.
+/// A point as an array, or as a table with more keys.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum TendonPoint {
     Carried(FixedArray<f64, 3>),

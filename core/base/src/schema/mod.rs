@@ -76,7 +76,7 @@ pub fn between(key: &str, typed: f64, [least, most]: [f64; 2]) -> Check<f64> {
     require(key, &format!("a number from {least} to {most}"), typed, (least..=most).contains(&typed))
 }
 
-/// Three numbers whose size is at most `most`; a message says which.
+/// Three numbers whose magnitude is at most `most`; an error names the wrong one.
 pub fn vector_within(key: &str, typed: impl Into<[f64; 3]>, most: f64) -> Check<[f64; 3]> {
     let mut si = [0.0; 3];
     for (axis, x) in typed.into().into_iter().enumerate() {
@@ -85,7 +85,7 @@ pub fn vector_within(key: &str, typed: impl Into<[f64; 3]>, most: f64) -> Check<
     Ok(si)
 }
 
-/// Three finite numbers; a message says which.
+/// Three finite numbers; an error names the wrong one.
 pub fn vector(key: &str, typed: impl Into<[f64; 3]>) -> Check<[f64; 3]> {
     let mut si = [0.0; 3];
     for (axis, x) in typed.into().into_iter().enumerate() {

@@ -20,7 +20,7 @@ pub(super) enum Decimal {
     Comma,
 }
 
-/// The number in a cell: NaN where it says that there is none, 0 or 1 of a flag; `None` of a word.
+/// The number in a cell: NaN for a missing value, 0 or 1 of a flag; `None` of a word.
 pub(super) fn number(cell: &str, decimal: Decimal) -> Option<f64> {
     let first = cell.as_bytes().first().copied().unwrap_or(b' ');
     let is_like_one = first.is_ascii_digit() || matches!(first, b'-' | b'+' | b'.' | b',');
@@ -171,7 +171,7 @@ mod tests {
             (number("0,25", Decimal::Comma), number("-1,5e-3", Decimal::Comma)),
             (Some(0.25), Some(-0.0015))
         );
-        // A thousand, or a fraction of three digits: not for us to say.
+        // A thousand, or a fraction of three digits: ambiguous.
         for (cell, decimal) in
             [("1,000.5", Decimal::Point), ("1.000,5", Decimal::Comma), ("1.5", Decimal::Comma)]
         {

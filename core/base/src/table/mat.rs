@@ -1,7 +1,7 @@
 //! MAT files of version 5 (MATLAB's `-v6` and `-v7`, and scipy's `savemat`): real arrays with one or two axes, and those in
 //! structs, as `log.x`.
 //!
-//! Kept by hand: the crate `matfile` inflates a variable to whatever size it claims, before anything can be refused. The format is
+//! Kept by hand: the crate `matfile` inflates a variable to any size that it claims, before it can be refused. The format is
 //! that of MathWorks' "MAT-File Format". Text, cells, sparse and complex arrays are left out; version 7.3 is HDF5 and refused.
 
 use super::Table;

@@ -1,6 +1,6 @@
 //! Tables of numbers that other programs wrote: CSV, Parquet, NumPy's `.npy` and `.npz`, MATLAB's `.mat`.
 //!
-//! Nothing is assumed of names, units or completeness: a cell without a number is NaN, and whoever takes a column
+//! Nothing is assumed of names, units or completeness: a cell without a number is NaN, and a caller that takes a column
 //! decides what that means. Recordings of this project have a reader of their own, which is stricter.
 
 mod cells;
@@ -42,7 +42,7 @@ pub struct Table {
     words: BTreeMap<usize, Words>,
     /// Columns of stamps: the second that their numbers count from [s].
     clocks: BTreeMap<usize, f64>,
-    /// Columns whose numbers are seconds, whatever their names say.
+    /// Columns whose numbers are seconds, independent of their names.
     seconds: BTreeSet<usize>,
     /// Columns that came from another clock: where they have no number is a gap.
     with_gaps: BTreeSet<usize>,
@@ -105,7 +105,7 @@ impl Table {
         Self::read_as(path, filter, &TextFormat::default())
     }
 
-    /// The same, where a table of text is divided as a person says.
+    /// The same, with the separator of a text table given by the user.
     ///
     /// # Errors
     /// As [`Table::read`].
@@ -177,7 +177,7 @@ impl Table {
         self.clocks.get(&column).copied()
     }
 
-    /// True where a column's numbers are seconds, whatever its name says: stamps, and spans of time.
+    /// Whether a column's numbers are seconds, independent of its name: stamps and durations.
     pub fn is_in_seconds(&self, column: usize) -> bool {
         self.seconds.contains(&column) || self.clocks.contains_key(&column)
     }

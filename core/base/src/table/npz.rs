@@ -1,6 +1,6 @@
 //! NumPy's `.npy` and `.npz`: arrays of real numbers with one or two axes, stored or deflated.
 //!
-//! Kept by hand: `npyz` allocates whatever length a header claims, up to 4 GiB, and leaves it to its caller to bound what an
+//! Kept by hand: `npyz` allocates any length that a header claims, up to 4 GiB, and leaves it to its caller to bound what an
 //! archive inflates to; here both are refused before.
 //! The formats are those of NumPy's `lib.format` (versions 1 to 3) and of PKWARE's APPNOTE without the 64-bit
 //! records, which archives beyond 4 GiB need. Arrays of text or objects, with another number of axes, or of another

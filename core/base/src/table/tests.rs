@@ -82,7 +82,7 @@ fn text_of_every_encoding() {
 fn a_header_of_another_width_is_refused_and_what_is_stated_is_taken() {
     let error = text::read("a,b\n1,2,3\n4,5,6\n", &TextFormat::default()).unwrap_err().to_string();
     assert!(error.contains("line 1: expected a header of 3 cells, as the rows below have, got 2"), "{error}");
-    // Two columns, or one with decimal commas: the file does not say.
+    // Two columns, or one with decimal commas: ambiguous.
     let stated = TextFormat { delimiter: Some(' '), decimal: Some(',') };
     assert_eq!(of_text("1,2\n3,4\n").names(), "1, 2");
     assert_eq!(text::read("1,2\n3,4\n", &stated).unwrap().columns()[0].values, [1.2, 3.4]);

@@ -1,4 +1,4 @@
-//! JSON that nobody meant.
+//! Damaged JSON.
 
 use hysteron_base::json;
 use hysteron_base::json::Value;

@@ -1,4 +1,4 @@
-//! Every reader of files on input that nobody meant: no panic, no abort, little memory and time, and refusals in the one form of
+//! Every reader of files on damaged input: no panic, no abort, little memory and time, and refusals in the one form of
 //! an error. `HYSTERON_FUZZ_CASES=1000000` draws a million cases each, one test at a time.
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
@@ -15,7 +15,7 @@ use hysteron_fuzz::assert_in_house_form;
 /// Most memory of this process, all readers together [bytes].
 const MEMORY_MAX: u64 = 500_000_000;
 
-/// A folder, and a file in it that is written anew for every case.
+/// A folder, and a file in it that is rewritten for every case.
 struct Case {
     _folder: tempfile::TempDir,
     path: PathBuf,

@@ -96,7 +96,7 @@ fn no_stamp_does_harm() {
 /// A part of a Parquet file.
 #[derive(Debug, Clone)]
 enum Part {
-    /// The schema, the statistics, where the pages are: its length is stated anew.
+    /// The schema, the statistics, where the pages are: its length is updated.
     Footer,
     /// The first bytes of a page: its sizes and codec.
     PageHeader(Index),
@@ -156,7 +156,7 @@ impl Pages {
             Part::PageHeader(at) => {
                 let from = self.pages[at.index(self.pages.len())];
                 let to = (from + PAGE_HEADER).min(data.len());
-                // As long as before, so that all else is where the footer says.
+                // As long as before, so that everything else is at its place in the footer.
                 let mut header = damaged(&data[from..to], damages);
                 header.resize(to - from, 0);
                 [&data[..from], &header, &data[to..], rest].concat()

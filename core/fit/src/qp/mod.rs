@@ -1,7 +1,7 @@
 //! Quadratic programs, made dimensionless before any solver gets them.
 //!
 //! That of a step of the twin (CoReAct paper, eq. 4) has bounds only: min ½ xᵀW x - bᵀx with lo <= x <= hi, x the tensions. A small
-//! active-set iteration solves it and certifies its own answer; whatever it cannot certify goes to
+//! active-set iteration solves it and certifies its own answer; a problem that it cannot certify goes to
 //! clarabel, which is also its oracle in the tests. Identification has many variables in boxes and few rows to meet,
 //! and solves its dual. The inverse problem has rows as well and is clarabel's alone.
 

@@ -145,7 +145,7 @@ fn a_minimum_on_a_bound_is_on_it_exactly_and_one_just_inside_is_not() {
 
 #[test]
 fn a_correction_that_ends_on_a_bound_is_on_it_without_a_standard_error() {
-    // Coarse data say .05, all of it says less than nothing.
+    // Coarse data give .05, all data a negative value.
     let parameters = [
         parameter("slope", 0.4, 0.0, 1.0, ParameterScale::Linear),
         parameter("height", 0.3, -9.0, 9.0, ParameterScale::Linear),

@@ -1,8 +1,8 @@
 //! Levenberg and Marquardt's method for networks of some thousand parameters: it finds digits that first-order methods and L-BFGS do not.
 //!
 //! The mean of squared residuals has the gradient 2 Jᵀr and, near its minimum, the second derivatives 2 JᵀJ. A step solves
-//! (JᵀJ + λ I) δ = −Jᵀr. The gradient is that of all samples, JᵀJ that of a part of them, drawn anew for every step: the step is a
-//! descent direction of the whole sum whatever part was drawn, and no step is taken that does not lower the whole sum.
+//! (JᵀJ + λ I) δ = −Jᵀr. The gradient is that of all samples, JᵀJ that of a part of them, redrawn for every step: the step is a
+//! descent direction of the whole sum for any part, and no step is taken that does not lower the whole sum.
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular_matmul};
 use faer::linalg::solvers::Solve;

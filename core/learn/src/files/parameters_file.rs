@@ -47,7 +47,7 @@ pub fn read_parameters<D: DeserializeOwned>(path: &Path, kind: &str) -> Result<(
     Ok(take().map_err(|bad| bad.within(path.display()))?)
 }
 
-/// The kind of a file by [`write_parameters`], whatever it is of.
+/// The kind of a file by [`write_parameters`], of any model.
 ///
 /// # Errors
 /// `BadInput` naming the file: not such a file, damaged.
@@ -55,7 +55,7 @@ pub fn read_parameters_kind(path: &Path) -> Result<String> {
     header(path, "kind")
 }
 
-/// The details of a file by [`write_parameters`], whatever it is of.
+/// The details of a file by [`write_parameters`], of any model.
 ///
 /// # Errors
 /// As [`read_parameters_kind`]; details of another type.

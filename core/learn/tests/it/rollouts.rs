@@ -129,7 +129,7 @@ fn a_network_for_other_ranges_is_the_same_function() {
         Normaliser::new(channels.collect()).unwrap()
     };
     let outputs = |at: f64| Normaliser::new(vec![range("u", at, at + 0.5), range("v", -at, 2.0)]).unwrap();
-    // A channel that was constant in training has no information, whatever the other ranges.
+    // A channel that was constant in training has no information, for any other ranges.
     let own = [inputs([1.0, 2.0, 0.0]), outputs(0.1)];
     let union = [
         Normaliser::union(&[&own[0], &inputs([3.0, 1.0, 2.0])]).unwrap(),

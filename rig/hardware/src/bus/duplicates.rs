@@ -1,6 +1,6 @@
 //! Two servos with one id, distinguished from one that is silent and from a cable that damages answers.
 //!
-//! Both answer a question at once, and their answers lie on top of each other. A ping says the same of two servos
+//! Both answer an instruction at once, and their answers collide. A ping gives the same for two servos
 //! alike and may come through whole; so each servo is also asked for what no two have alike: its tick, position and
 //! heat.
 

@@ -38,7 +38,7 @@ pub enum DecodedPacket {
     },
 }
 
-/// Finds packets in a stream of bytes, however it is cut and whatever lies between them.
+/// Finds packets in a stream of bytes, with any segmentation and any bytes between them.
 #[derive(Debug, Default)]
 pub struct PacketDecoder {
     bytes: Vec<u8>,

@@ -36,7 +36,7 @@ const CORNER: f64 = 0.5;
 ///
 /// # Errors
 /// `Bus` if servos do not answer, or a tendon's load does not rise; `BadInput` if the tip's motions do not fit the
-/// tendons' angles; whatever passes a limit. The torque is off in the end, however it comes.
+/// tendons' angles; a limit that is passed. The torque is off at the end, in every case.
 pub fn calibrate(
     hardware: &mut dyn Hardware,
     rig: &RigConfig,

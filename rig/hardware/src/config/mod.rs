@@ -199,7 +199,7 @@ pub struct SafetyLimits {
 pub struct RigMotion {
     /// Speed of strokes on the way to the start and back to rest [m/s].
     pub slew: f64,
-    /// Torque at the end of a run, for whatever reason it ends.
+    /// Torque at the end of a run, for any reason of the end.
     pub at_end: AtEnd,
 }
 

@@ -1,4 +1,4 @@
-//! A session: from torque on to torque off, whatever happens between.
+//! A session: from torque on to torque off, which always follows.
 //!
 //! Every motion is a sequence of cycles at a fixed rate; a cycle commands, reads and checks. A cycle that fails, or
 //! finds a limit passed that forbids to move on, switches the torque off before it returns. A [`RigSession`] that is

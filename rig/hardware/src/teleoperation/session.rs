@@ -1,4 +1,4 @@
-//! A session: the follower under torque, from its first goal to torque off, whatever happens between.
+//! A session: the follower under torque, from its first goal to torque off, which always follows.
 
 use super::arms::ArmPair;
 use crate::bus::{ArmServoSample, ServoStatus, xl430};

@@ -20,7 +20,7 @@ pub const MAX_DRIFT: f64 = 500e-6;
 pub const WINDOW: f64 = 5.0;
 /// Deviation from the estimate that jitter no longer explains [s]: the time stamp is damaged or the clock was set.
 pub const GATE: f64 = 1.0;
-/// Messages that must deviate alike before the clock counts as set anew.
+/// Messages that must deviate alike before the clock counts as reset.
 const AGREE: usize = 5;
 /// Time over which they must arrive [s]: what was held up in the network arrives all at once.
 const SETTLE: f64 = 0.1;

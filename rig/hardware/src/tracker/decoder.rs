@@ -123,7 +123,7 @@ impl MessageDecoder {
             let what = format!("{} of {}: the checksum is wrong", header.kind, header.device);
             return Some(self.damaged(begin, &what, each));
         }
-        // What the checksum vouches for is no damage of the stream: the message ends where it says.
+        // A message with a valid checksum is undamaged: it ends at its declared length.
         let message = read_body(&header, body);
         self.mode = Mode::Message;
         each(message.map_or_else(DecodedMessage::Damaged, DecodedMessage::Message));

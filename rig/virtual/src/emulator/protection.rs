@@ -52,7 +52,7 @@ impl Protection {
         errors
     }
 
-    /// Begins anew with the load.
+    /// Restarts with the load.
     pub fn rest(&mut self) {
         self.strained_since = None;
     }

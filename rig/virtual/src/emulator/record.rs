@@ -94,7 +94,7 @@ pub(super) struct TrafficRecorder {
 }
 
 impl TrafficRecorder {
-    /// With logs in this folder, begun anew.
+    /// With new logs in this folder.
     ///
     /// # Errors
     /// `File` if the file system refuses.

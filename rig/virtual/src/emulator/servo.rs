@@ -2,7 +2,7 @@
 //!
 //! The world moves the output; this module decides what it is commanded and what it reports: ticks, modes, goals, shutdowns,
 //! the watchdog, and what is lost without power. Multi-turn counts are lost too, as in the real one: after
-//! a restart the servo reads 0 to 4095 again, whatever it read before.
+//! a restart the servo reads 0 to 4095 again.
 
 use super::protection::{Protection, Readings};
 use super::table::{ControlTable, Refusal, WATCHDOG_TRIPPED};

@@ -41,7 +41,7 @@ pub struct VirtualFollower {
     scatter: [[f64; N_SERVOS]; 2],
 }
 
-/// The leader of a trajectory, which an external force holds whatever its servos are commanded.
+/// The leader of a trajectory, which an external force moves, independent of the commands of its servos.
 #[derive(Debug)]
 pub struct HeldLeader {
     leader: VirtualLeader,

@@ -1,7 +1,7 @@
 //! Who sticks and who slides in one step: speeds that minimise ½ wᵀA w − bᵀw + Σ d_i |w_i|, exactly zero where friction holds.
 //!
 //! A couples the rotor of each joint with its link, and the links with each other; it is positive definite, so there is one answer.
-//! Statuses of the step before are tried first: with them the speeds are those of a linear system, and friction says whether they
+//! Statuses of the step before are tried first: with them the speeds are those of a linear system, and friction decides whether they
 //! were right. Where they cycle, coordinate descent with its soft threshold finds them, which always converges.
 
 use super::chain::N_JOINTS;

@@ -59,7 +59,7 @@ impl Ranges {
 
     fn draw_body(&self, robot: &mut VirtualRobot, rng: &mut ChaCha8Rng) {
         let [b1, b2] = robot.body.bending_stiffness;
-        // The ratio is the drawn one, whatever it was; their product stays.
+        // The ratio becomes the drawn one; their product stays.
         let ratio = factor(rng, self.bending_ratio) * b2 / b1;
         stiffen(robot, factor(rng, self.stiffness), ratio.sqrt());
         let body = &mut robot.body;

@@ -63,7 +63,7 @@ impl VirtualTracker {
         (self.noise, self.drift, self.timing) = (stream("noise"), stream("drift"), stream("timing"));
     }
 
-    /// Measures whatever is due between two truths in the robot's frame, the second one `step` [s] after the first.
+    /// Measures all samples due between two true poses in the robot's frame, the second one `step` [s] after the first.
     pub(super) fn measure(&mut self, from: &Pose, to: &Pose) {
         let step = to.time - from.time;
         while self.next <= to.time {

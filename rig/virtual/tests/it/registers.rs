@@ -1,4 +1,4 @@
-//! Registers that somebody has touched: each one of the table is noticed before any torque is on, and can be written
+//! Registers that were changed: each one of the table is noticed before any torque is on, and can be written
 //! back; and two servos with one id are distinguished from silence and from damage.
 
 use super::session::Stand;
@@ -16,7 +16,7 @@ fn open(stand: &Stand) -> LiveRig {
     LiveRig::open(&stand.rig).unwrap()
 }
 
-/// Writes a register of the touched servo as somebody else's program would.
+/// Writes a register of the changed servo as another program would.
 fn touch(stand: &Stand, register: ControlRegister, value: i64) -> Result<(), Error> {
     open(stand).bus().write(TOUCHED, register, (value as i32).cast_unsigned())
 }
@@ -62,7 +62,7 @@ fn every_register_that_is_stored_is_noticed_when_it_changes_and_is_written_back(
             assert!(why.contains(&named) && why.contains(&format!("got {value}")), "{why}");
             assert!(why.contains("--restore"), "{why}");
             assert_eq!(why.matches("(register ").count(), 1, "one difference alone: {why}");
-            // Nor does the torque go on if somebody asks for it all the same.
+            // Nor can the torque be switched on by a direct call.
             assert!(rig.enable_torque().unwrap_err().to_string().contains("no torque goes on"));
         }
         let mut rig = open(&stand);
@@ -119,7 +119,7 @@ fn an_offset_and_a_reversed_direction_say_what_they_would_do() {
     touch(&stand, xl430::DRIVE_MODE, i64::from(drive::REVERSE)).unwrap();
     let why = refusal(&mut open(&stand).expecting(calibration.register_baseline()));
     assert!(why.contains("expected 0, got 1: its direction is turned round"), "{why}");
-    // A report of other registers is refused by the calibration, too, whoever has read it.
+    // A report of other registers is refused by the calibration, too.
     let mut rig = open(&stand).expecting(RegisterBaseline::AsFound);
     let servos = rig.prepare().unwrap();
     assert!(calibration.check(&stand.rig, &servos).unwrap_err().to_string().contains("Drive Mode"));

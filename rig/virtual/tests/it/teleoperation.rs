@@ -126,7 +126,7 @@ fn goals_are_the_leader_and_positions_the_follower_that_the_same_goals_move_with
     let time = recording.time();
     assert!((time[time.len() - 1] - 6.0).abs() < 0.1, "{}", time[time.len() - 1]);
 
-    // A row is done a few ms after its leader was read: at some moment of that time the leader was where it says.
+    // A row is done a few ms after its leader was read: at some moment of that time the leader was at its recorded position.
     let start = clock.iter().copied().fold(f64::INFINITY, f64::min);
     let latest = clock.iter().copied().fold(start, f64::max) - start;
     let goals = columns(&recording, "goal", "rad");

@@ -145,7 +145,7 @@ pub fn real_study(
     ];
     let (responded, row) = responded(set, &prior);
     rows.push(row);
-    // A cell is the same whatever its neighbours.
+    // A cell does not depend on its neighbours.
     let identity = json!({ "options": RealOptions { variants: Vec::new(), ..options.clone() }, "set": set.name, "samples": set.training.len() });
     let zeros = [&set.training, &set.test].map(|samples| vec![0.0; samples.tau.len()]);
     let bodies = [("", "", &zeros), ("Rigid body + ", "rigid-", &prior)];

@@ -41,7 +41,7 @@ impl Fitted {
     }
 
     /// Fits again from here, to `rows` alone, with `further` added to each marker of the reduced model [m]: what
-    /// another model with these parameters says beyond it. Repeated, this fits the other model (space mapping:
+    /// another model with these parameters adds to it. Repeated, this fits the other model (space mapping:
     /// Bandler et al.
     /// 2004, IEEE Trans. Microwave Theory Tech. 52, with the correction of the output alone).
     ///

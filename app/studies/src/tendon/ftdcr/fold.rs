@@ -190,7 +190,7 @@ mod tests {
 
     #[test]
     fn even_strokes_bend_nothing_and_an_arc_is_found() {
-        // Tendons of a segment that bends by 2 mm towards 30° shorten by 2 cos(30° - angle), whatever is common to
+        // Tendons of a segment that bends by 2 mm towards 30° shorten by 2 cos(30° - angle), apart from the mean of
         // them.
         let angle = std::f64::consts::FRAC_PI_6;
         let mut strokes = [3e-3; N_TENDONS];

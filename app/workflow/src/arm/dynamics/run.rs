@@ -27,7 +27,7 @@ fn compute(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         return learned(options, context);
     }
     let states = memory::recording(&options.states)?;
-    // Torques follow from accelerations whatever the masses are; the other way round M has to be definite.
+    // Torques follow from accelerations for any masses; the inverse needs a definite M.
     let is_inverse = [
         JointQuantityKind::Torque.channel(JointKind::Revolute, 0),
         JointQuantityKind::Torque.channel(JointKind::Prismatic, 0),

@@ -21,7 +21,7 @@ use crate::shared::outputs::Outputs;
 use crate::shared::{inputs, recording_checks};
 use crate::{COMMIT, Context, WorkflowError};
 
-/// Slowest steady motion whatever the rate [rad/s].
+/// Slowest steady motion at any rate [rad/s].
 const SLOWEST: f64 = 0.03;
 
 /// Carries out the verb.

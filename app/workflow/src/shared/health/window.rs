@@ -19,7 +19,7 @@ const LENGTH: f64 = 60.0;
 const SHORTEST: f64 = 0.25;
 /// Fewest families of shapes from which lost motion is estimated: going round one shape, a tip that lags and one that bends look alike.
 const FAMILIES: usize = 3;
-/// Slowest steady motion whatever the rate [rad/s].
+/// Slowest steady motion at any rate [rad/s].
 const SLOWEST: f64 = 0.03;
 
 /// A part of a recording.

@@ -18,7 +18,7 @@ pub struct Options {
     /// Write each figure as .png too
     #[cfg_attr(feature = "clap", arg(long, requires = "out"))]
     pub png: bool,
-    /// All samples are the curve, whatever their times: scores of its geometry alone, without lag and RMSE at the same times. A
+    /// All samples belong to the curve, at any time: scores of its geometry alone, without lag and RMSE at the same times. A
     /// path without times (.csv with x_mm and y_mm) has no other scores
     #[cfg_attr(feature = "clap", arg(long, visible_alias = "geometry"))]
     pub whole: bool,

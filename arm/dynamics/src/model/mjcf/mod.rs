@@ -45,7 +45,7 @@ struct Document {
 /// Reads `text`, the content of `file`; other files are found from `folder`.
 ///
 /// # Errors
-/// `BadInput` naming file, line and element for whatever is not understood or makes no arm.
+/// `BadInput` naming file, line and element for unknown elements and for models that are no arm.
 pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Check<Model> {
     let documents = documents(text, file, folder)?;
     let classes: Vec<Classes> =

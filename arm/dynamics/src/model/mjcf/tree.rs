@@ -121,7 +121,7 @@ impl<'a, 's> Walker<'a, 's> {
     /// The tree of `sources[0]`.
     ///
     /// # Errors
-    /// `BadInput` for whatever makes no tree of bodies on hinges and slides.
+    /// `BadInput` for anything but a tree of bodies on hinges and slides.
     pub fn walk(sources: &'s [MjcfTree<'a>]) -> Check<Tree> {
         let mut walker = Self { sources, tree: Tree::default(), waiting: Vec::new(), placed: 0 };
         let root = sources[0].root;

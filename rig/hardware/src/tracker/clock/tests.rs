@@ -78,7 +78,7 @@ fn clock_set_anew_is_followed_and_nothing_is_placed_wrongly_meanwhile() {
         let mut n_unplaced = 0;
         for (k, sample) in samples.iter().enumerate() {
             match map.map(sample.stamp, sample.arrival) {
-                // After the jump the window begins anew with what jitter the first message had.
+                // After the jump the window restarts with the jitter of the first message.
                 Some(time) => assert!((time - sample.measured).abs() < 30e-3, "{jump} {k}"),
                 None => n_unplaced += 1,
             }
@@ -133,7 +133,7 @@ fn stall_of_the_network_delays_no_pose() {
             None => n_unplaced += 1,
         }
     }
-    // Of 4 s the first 3 are too late to be distinguished from a clock set anew.
+    // Of 4 s the first 3 are too late to be distinguished from a clock that was reset.
     assert!((118..=122).contains(&n_unplaced), "{n_unplaced}");
 }
 

@@ -101,7 +101,7 @@ fn period_factor(amplitude: f64) -> f64 {
 #[test]
 fn shoulder_swings_as_a_pendulum() {
     let mut arm = hung(ideal());
-    // The other joints stick, whatever pulls at them; the shoulder has no mass but a ball at the wrist.
+    // The other joints stick under any load; the shoulder has no mass but a ball at the wrist.
     for k in [0, 2, 3] {
         arm.servos[k].friction.base = 1e6;
         arm.servos[k].bearing = 1e6;

@@ -3,7 +3,7 @@
 use super::super::VirtualRobot;
 use super::bench::{Bench, distance};
 
-/// Figures that tell a mild preset from a harsh one.
+/// Quantities that distinguish a mild preset from a harsh one.
 #[derive(Debug)]
 struct Figures {
     /// Mean radius of the commanded circle at the diagonals over that at the tendons' axes [-].

@@ -1,4 +1,4 @@
-//! Faults on purpose: each does what it says, and is on record.
+//! Injected faults: each has its documented effect, and is logged.
 
 use super::{Bench, PATIENCE};
 use dynamixel2::ReadError;

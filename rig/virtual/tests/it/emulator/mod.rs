@@ -57,7 +57,7 @@ impl Bench {
             .unwrap();
     }
 
-    /// The next answer: whose it is and what it says, or the error number.
+    /// The next answer: its servo and its data, or the error number.
     pub fn hear(&mut self) -> (u8, Answer) {
         match self.host.read_status_response_deadline(Instant::now() + PATIENCE) {
             Ok(packet) => (packet.packet_id(), Ok((packet.alert(), packet.parameters().to_vec()))),

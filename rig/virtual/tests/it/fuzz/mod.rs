@@ -1,5 +1,5 @@
-//! Input that nobody meant: damaged, torn, or typed by mistake. Nothing of it may panic, hang or fill the memory, and
-//! whatever is refused is refused in the one shape of an error.
+//! Damaged, truncated or mistyped input. None of it may panic, hang or fill the memory, and
+//! refusals have the one shape of an error.
 //!
 //! The folders of `corpus/` hold cases that are tried in every run: those that once made trouble, under a name that
 //! says what they are, and those that are hard to come by at random. The rest is drawn by `hysteron_fuzz`:
@@ -30,7 +30,7 @@ fn corpus(folder: &str) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// The process never had more than [`MEMORY_MAX`]; where the system does not tell, nothing is known.
+/// The process never had more than [`MEMORY_MAX`]; unknown where the system does not report it.
 fn assert_memory_is_bounded() {
     hysteron_fuzz::assert_memory_is_below(MEMORY_MAX);
 }

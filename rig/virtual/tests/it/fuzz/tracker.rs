@@ -26,7 +26,7 @@ fn message(version: u16, kind: &[u8], device: &[u8], stamp: u64, body: &[u8]) ->
     bytes
 }
 
-/// Bodies with an extended header that says anything, numbers that are none, names that are no text.
+/// Bodies with any extended header, invalid numbers, names that are no text.
 fn body() -> impl Strategy<Value = Vec<u8>> {
     let word = prop_oneof![
         Just(12_u16.to_be_bytes().to_vec()),
@@ -141,7 +141,7 @@ fn corpus_of_messages_is_survived_and_the_next_one_found() {
     let sound = message(1, b"STATUS", b"Tip", 0, &[&[0, 1][..], &[0; 28], b"ok\0"].concat());
     assert_eq!(decode(&sound), 1);
     for (name, bytes) in corpus("tracker") {
-        // Some claim bodies; whatever is in them is passed over.
+        // Some declare bodies; these are skipped.
         let n = decode(&[bytes, vec![b'-'; 70_000], sound.repeat(2)].concat());
         assert!(n >= 2 || name.contains("swallows"), "{name}: {n}");
     }

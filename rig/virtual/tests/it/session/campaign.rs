@@ -25,7 +25,7 @@ use std::time::Instant;
 
 /// Rigs at once.
 const AT_ONCE: usize = 10;
-/// A cycle that begins so late tells of a machine that had no processor to spare [ms].
+/// A cycle that begins so late shows that the machine was busy [ms].
 const MACHINE_LATE_MS: f64 = 100.0;
 /// Recordings with faults that they survive, recordings and calibrations with one that ends them; each kind once, at
 /// least.
@@ -41,7 +41,7 @@ const STALE: f64 = 1.2;
 /// From a fault to its event, in addition to the duration of the fault itself [s]: a cycle until it strikes, and the timeouts of
 /// one read with its retries.
 const NOTICED: f64 = 0.01 + 5.0 * 0.04;
-/// Same for those which the session sees at its slow reads, and which the tracker tells of once a second [s].
+/// Same for those which the session sees at its slow reads, and which the tracker reports once a second [s].
 const NOTICED_SLOWLY: f64 = 1.1;
 /// Threads of a busy machine may be this late [s].
 const SLACK: f64 = 0.5;
@@ -143,7 +143,7 @@ pub(super) fn fatal(seed: u64) -> Script {
     Script { n_rows: 300, faults: vec![(rng.random_range(0.0..1.8), fault)], end: End::Stopped }
 }
 
-/// Events of which at least one tells of a fault, and how long after its beginning at the latest [s]; none for what
+/// Events of which at least one reports a fault, and how long after its beginning at the latest [s]; none for what
 /// cannot be distinguished from silence.
 fn told_by(fault: &BusFault, is_fatal: bool) -> Option<(&'static [EventKind], f64)> {
     use EventKind::{
@@ -210,7 +210,7 @@ fn carry_out(script: &Script, n_tries: u32) -> Found {
     let n_taken = other.end();
 
     let mut problems = Vec::new();
-    // A bus that was unplugged comes back as a port that nobody has.
+    // A bus that was unplugged comes back as a free port.
     if n_taken > 0 && script.faults.iter().all(|(_, fault)| fault.kind != FaultKind::UnplugBus) {
         problems.push(format!("another program got the port {n_taken} times"));
     }
@@ -225,7 +225,7 @@ fn carry_out(script: &Script, n_tries: u32) -> Found {
     check_events(script, &injected, &outcome.events, slack, &mut problems);
     check_data(&rig, &outcome, (&reads, rows.get()), script.n_rows, &mut problems);
     // Each round that the emulator answered as a whole was read, unless the port went meanwhile, or the emulator had
-    // to wait for its processor until nobody waited for the answer.
+    // to wait for its processor until the answer had timed out.
     let n_whole = reads.iter().filter(|read| read.servos.iter().all(Option::is_some)).count() as u64;
     let n_unread = reads.len() as u64 - n_whole;
     let n_rounds = rig.emulator.counts().complete_rounds - rounds_before;
@@ -352,7 +352,7 @@ impl OtherProgram {
     }
 }
 
-/// No torque once the faults are over; after a long time without bus, once somebody asks again.
+/// No torque once the faults are over; after a long time without bus, after the next request.
 pub(super) fn check_torque(
     rig: &Rig,
     is_torque_settled: bool,

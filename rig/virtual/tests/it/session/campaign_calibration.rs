@@ -1,5 +1,5 @@
-//! Calibrations of the campaign: whatever breaks, whoever stops them and however they fail, no torque is left, although
-//! the rig file says hold.
+//! Calibrations of the campaign: after any fault, interruption or failure no torque is left, although
+//! `at_end` is hold.
 
 use super::campaign::{RIG, check_torque, fatal, survivable};
 use super::probe::{Probe, Rig, wait_for};
@@ -73,7 +73,7 @@ pub(super) fn carry_out(script: &Script) -> (Vec<(f64, BusFault)>, String, Vec<S
     };
     let Probe { injected, rig: ports, .. } = probe;
     drop(ports);
-    // Nobody tells whether the servos could be reached: a bus that was away or deaf for longer than the session's
+    // It is unknown whether the servos could be reached: a bus that was away or deaf for longer than the session's
     // patience leaves them to the watchdog process, whose part is played here; a servo that has lost its plug has
     // lost its power.
     let outlasts = |fault: &BusFault| match fault.kind {

@@ -26,7 +26,7 @@ struct Waited {
     time: Mutex<f64>,
 }
 
-/// A file on a disk that stalls; whoever calls it waits.
+/// A file on a disk that stalls; its callers wait.
 #[derive(Debug)]
 struct StallingFile {
     file: File,

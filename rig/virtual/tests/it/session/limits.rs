@@ -1,4 +1,4 @@
-//! Every limit trips, the robot is brought to rest or its torque goes off as `safety.rs` says, and what was measured is kept.
+//! Every limit trips, the robot is brought to rest or its torque goes off as in `safety.rs`, and the recorded rows are kept.
 
 use super::probe::Rig;
 use super::small_circle;

@@ -148,7 +148,7 @@ pub struct Probe<'a> {
     /// Faults that were handed over, and when [s].
     pub injected: Vec<(f64, BusFault)>,
     pub reads: Vec<Read>,
-    /// Number of `reads`, for whoever cannot look at them while a session has this.
+    /// Number of `reads`, accessible while a session owns this.
     pub n_reads: Rc<Cell<usize>>,
     pub n_slow: u64,
 }

@@ -31,7 +31,7 @@ pub struct Stage {
     hardware: SimulatedRig,
     mishap: Mishap,
     n_reads: usize,
-    /// Whether the servos are under torque, for whoever cannot ask while a session has this.
+    /// Whether the servos are under torque, accessible while a session owns this.
     pub torque: Rc<Cell<bool>>,
     /// Goals, each time they are written.
     pub goals: Vec<Vec<i32>>,

@@ -1,4 +1,4 @@
-//! Nobody leaves torque on that nobody asked for: every way out switches it off although the rig file says hold, and a
+//! No torque stays on without a request: every exit switches it off although `at_end` is hold, and a
 //! servo that is silent keeps no other under torque.
 
 use super::Stand;
@@ -66,7 +66,7 @@ fn whatever_ends_a_calibration_switches_the_torque_off_although_the_rig_file_say
     }));
     assert_eq!(panicked.err().unwrap().downcast_ref::<&str>(), Some(&"on purpose"));
     assert!(!stage.is_under_torque());
-    // And a calibration that succeeds leaves a robot that nobody holds.
+    // And a calibration that succeeds leaves a robot without torque.
     let (mut stage, config) = Stage::set(&typical(), &[HOLD], Mishap::None);
     calibrated(&mut stage, &config, &|| false, &mut |_| {}).unwrap();
     assert!(!stage.is_under_torque());

@@ -21,7 +21,7 @@ use crate::{Context, WorkflowError};
 /// Carries out the verb.
 ///
 /// # Errors
-/// `BadInput` for whatever is wrong with options or recordings; an interruption.
+/// `BadInput` for invalid options or recordings; an interruption.
 pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
     Ok(fit(options, context)?)
 }

@@ -27,7 +27,7 @@ struct Series {
 /// Carries out the verb.
 ///
 /// # Errors
-/// `BadInput` for whatever is wrong with options or recordings.
+/// `BadInput` for invalid options or recordings.
 pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
     Ok(identify(options, context)?)
 }

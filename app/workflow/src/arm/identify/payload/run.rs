@@ -16,7 +16,7 @@ use crate::{COMMIT, Context, WorkflowError};
 /// Carries out the verb.
 ///
 /// # Errors
-/// `BadInput` for whatever is wrong with options or recordings.
+/// `BadInput` for invalid options or recordings.
 pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
     Ok(identify(options, context)?)
 }

@@ -29,7 +29,7 @@ const STARTS: [f64; 3] = [0.05, 0.15, 0.3];
 /// Carries out the verb.
 ///
 /// # Errors
-/// `BadInput` for whatever is wrong with options or recordings; where it was interrupted.
+/// `BadInput` for invalid options or recordings; an interruption.
 pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
     Ok(identify(options, context)?)
 }

@@ -87,7 +87,7 @@ pub(super) fn attribute(entry: &MjcfEntry, name: &str) -> Option<Use> {
     INDEX.attributes.get(&(entry.id, name)).copied()
 }
 
-/// Refuses whatever within `element`, an element of `entry`, is not in the table, and elements that are refused wherever they
+/// Refuses everything within `element`, an element of `entry`, that is not in the table, and elements that are refused wherever they
 /// stand.
 ///
 /// # Errors
