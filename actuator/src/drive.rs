@@ -17,7 +17,7 @@ const MAX_PARAMETERS: usize = 7;
 pub struct Gear {
     /// Inertia of rotor and gears at the output [kg m²].
     pub armature: f64,
-    /// How far the output turns from one flank to the other while the rotor stands [rad].
+    /// How far the output turns from one flank to the other while the rotor is at rest [rad].
     pub backlash: f64,
     /// Law of its friction.
     pub law: Law,

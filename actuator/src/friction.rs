@@ -52,7 +52,7 @@ impl Stribeck {
     /// Torque that friction exerts against motion at `velocity` [rad/s], with its sign [N m]; 0 at standstill.
     ///
     /// # Reference
-    /// Wan et al. (2026), eq. 3; the viscous term stands outside the sign, as there (eq. 38 has it inside).
+    /// Wan et al. (2026), eq. 3; the viscous term is outside the sign, as there (eq. 38 has it inside).
     pub fn torque(&self, velocity: f64) -> f64 {
         let sign = if velocity == 0.0 { 0.0 } else { velocity.signum() };
         self.dry(velocity) * sign + self.viscous * velocity

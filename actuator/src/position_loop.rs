@@ -52,7 +52,7 @@ impl Gains {
 pub struct LoopSpec {
     /// Ticks of a full turn of the output.
     pub ticks_per_turn: f64,
-    /// PWM units that stand for the whole supply voltage.
+    /// PWM units of the whole supply voltage.
     pub pwm_full_scale: f64,
     /// Register units of P, I and D that make one PWM unit per tick, per tick and control period, and per tick of change in
     /// a control period.

@@ -208,7 +208,7 @@ impl TendonModel {
                 self.solve_by_policies(lengths, trial);
             }
         }
-        // States equal to rounding: those of the policies stand.
+        // States equal to rounding: those of the policies are kept.
         self.solve_by_policies(lengths, trial);
     }
 

@@ -121,7 +121,7 @@ fn measure(folder: &Path, seconds: f64) -> Result<Measured> {
 }
 
 /// The calibration of the emulated rig: that of the same robot in this process, with each zero as far from where its
-/// servo stands.
+/// servo is.
 fn calibration(rig: &Path) -> Result<RigCalibration> {
     let rig = RigConfig::read(rig)?;
     let robot = VirtualRobot::preset(PRESET)?;

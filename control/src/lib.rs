@@ -11,7 +11,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-// Units stand in brackets in the comments, [m] and [N], which rustdoc takes for links.
+// Units are in brackets in the comments, [m] and [N], which rustdoc takes for links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
 mod error;

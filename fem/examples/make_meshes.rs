@@ -65,7 +65,7 @@ fn tpu80(outer_divisions: u32, bore_divisions: u32, channel_divisions: u32, laye
     }
 }
 
-/// Solid tapered body of two links. Its polygons bend like the circles they stand for: they have the same
+/// Solid tapered body of two links. Its polygons have the bending stiffness of the circles: they have the same
 /// second moment of area.
 fn tentacle(outer_divisions: u32, layers: u32) -> Tube {
     let wider = wider(outer_divisions);

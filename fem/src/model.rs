@@ -28,7 +28,7 @@ pub struct FemModel {
     pub file_node: Vec<u32>,
     /// Model node of each node of the mesh file.
     pub model_node: Vec<u32>,
-    /// Volume that each node stands for in a load, ∫ N_a dV \[m³\]: negative at the corners of quadratic
+    /// Volume of each node in a load, ∫ N_a dV \[m³\]: negative at the corners of quadratic
     /// elements.
     pub nodal_volumes: Vec<f64>,
     /// Instruction set of the kernels.

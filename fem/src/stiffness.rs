@@ -98,7 +98,7 @@ fn lower_triangle(graph: &CsMatI<u8, u32, u32>) -> CsMatI<u8, u32, u32> {
 /// Values of a stiffness matrix.
 #[derive(Debug, Clone)]
 pub struct Stiffness {
-    /// Where the blocks stand.
+    /// Positions of the blocks.
     pub pattern: Arc<StiffnessPattern>,
     /// One 3×3 block \[N/m\] per entry of the pattern; rows are padded to four numbers.
     pub blocks: Vec<[[f64; 4]; 3]>,

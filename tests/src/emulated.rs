@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::{program, run};
 
-/// Where the servos stand at power-on is drawn from the seed. With this one all four stand far enough from where
+/// The positions of the servos at power-on are drawn from the seed. With this one all four are far enough from where
 /// their count wraps that the emulator mounts their horns as the simulation does: one calibration fits both.
 const SEED: &str = "3";
 
@@ -178,7 +178,7 @@ impl EmulatedArms {
         let (process, line) = spawn(folder.path(), &[&emulate[..], arguments].concat());
         assert!(line.starts_with("leader at"), "{line}");
         let arms = Self { folder, process };
-        // A busy machine answers late and stands still at times, which is not what is tested.
+        // A busy machine answers late and pauses at times, which is not tested here.
         let file = arms.path().join("arms/patient.toml");
         let text = std::fs::read_to_string(arms.path().join("arms/arms.toml")).unwrap();
         let text = text

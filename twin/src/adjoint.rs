@@ -191,7 +191,7 @@ mod tests {
         stepper.state().clone()
     }
 
-    /// Error of ∂y/∂s where `stepper` stands, over its largest entry, against tips brought to balance again.
+    /// Error of ∂y/∂s at the equilibrium of `stepper`, over its largest entry, against tips brought to balance again.
     fn error(stepper: &mut Stepper, twin: &Twin, strokes: &[f64]) -> f64 {
         let found = stepper.tip_response(twin, FrictionPoints::AsTheyAre).expect("a tangent").per_stroke;
         let size = found.iter().flatten().fold(0.0f64, |size, value| size.max(value.abs()));

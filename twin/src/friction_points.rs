@@ -47,7 +47,7 @@ impl FrictionPoint {
 }
 
 /// The friction points of `tendons`, tendon by tendon, from the pulled end to the tip: one for the sheath, whose
-/// exponent stands as a coefficient for a wrap angle of one; then the inner points of the tendon, shared evenly among at most
+/// exponent is a coefficient for a wrap angle of one; then the inner points of the tendon, shared evenly among at most
 /// `friction.points`, each at the middle of its share.
 pub(crate) fn friction_points(tendons: &[Tendon], friction: &Friction) -> Vec<FrictionPoint> {
     let mut points = Vec::new();

@@ -14,7 +14,7 @@ type Check<T> = std::result::Result<T, BadInput>;
 const MIN_SAMPLES: usize = 100;
 /// Largest share of samples that may have been filled in there.
 const MAX_GAPS: f64 = 0.2;
-/// How far from its rest a tip may seem to be, over the robot's length: it can turn over, and a tracker may stand
+/// How far from its rest a tip may seem to be, over the robot's length: it can turn over, and a tracker may be
 /// apart a little [-].
 const FARTHEST: f64 = 2.5;
 /// Distance of the resting tip from the twin's, over the robot's length, that speaks of a moved tracker [-].
@@ -317,7 +317,7 @@ fn measured_tensions(primary: &[TwinTendon], recording: &Recording) -> Option<Ve
     rows.iter().all(|tension| tension.is_finite()).then_some(rows)
 }
 
-/// Rotations since the first sample, in which the robot is taken to stand straight: how the sensor sits in the tip
+/// Rotations since the first sample, in which the robot is assumed to be straight: how the sensor sits in the tip
 /// drops out.
 fn orientations(twin: &Twin, recording: &Recording) -> Option<Vec<UnitQuaternion<f64>>> {
     let [w, x, y, z] = recording.tip_orientation()?;

@@ -56,7 +56,7 @@ pub(crate) struct QuasiNewton {
     /// K⁻¹ r.
     free_displacement: Vec<f64>,
     prescribed: Vec<Prescribed>,
-    /// Where each cable stood in the last QP.
+    /// Status of each cable in the last QP.
     active_set: Vec<Activity>,
 }
 

@@ -135,7 +135,7 @@ impl TwinState {
     }
 }
 
-/// Where the checksum stands in the first line.
+/// Offset of the checksum in the first line.
 fn place_of(bytes: &[u8], checksum: &str) -> Option<usize> {
     let key = "\"sha256\":\"";
     let entry = format!("{key}{checksum}\"");

@@ -50,7 +50,7 @@ pub(crate) struct LinearisedStep<'a> {
     pub upper: &'a [f64],
 }
 
-/// Steps a twin from equilibrium to equilibrium. Owns the equilibrium where it stands and all scratch, so that steps allocate
+/// Steps a twin from equilibrium to equilibrium. Owns the present equilibrium and all scratch, so that steps allocate
 /// nothing in the common case.
 ///
 /// A step commits one value: the state with its friction bounds and prescribed strokes, to which the factor in use and the
@@ -89,7 +89,7 @@ impl Stepper {
         stepper
     }
 
-    /// The equilibrium where it stands; at rest before the first step.
+    /// The present equilibrium; rest before the first step.
     pub fn state(&self) -> &TwinState {
         &self.state
     }
@@ -110,7 +110,7 @@ impl Stepper {
     ///
     /// # Errors
     /// A wrong number of targets, one that is not finite, a stroke longer than its tendon, or a tension
-    /// out of its bounds; [`Error::NoEquilibrium`]: it then stands at the last equilibrium on the way.
+    /// out of its bounds; [`Error::NoEquilibrium`]: it is then at the last equilibrium before.
     pub fn step(&mut self, twin: &Twin, targets: &[Target]) -> Result<StepReport> {
         check_targets(twin, targets)?;
         let mut state = std::mem::take(&mut self.state);
@@ -171,14 +171,14 @@ impl Stepper {
         })
     }
 
-    /// The friction memory where it stands.
+    /// The friction memory of the present equilibrium.
     pub(crate) fn memory_into(&self, memory: &mut FrictionMemory) {
         memory.slip.clone_from(&self.state.slip);
         memory.backlash.clone_from(&self.state.backlash);
         memory.bounds.clone_from(&self.bounds);
     }
 
-    /// Gives the equilibrium where it stands another friction memory; history and factor stay.
+    /// Replaces the friction memory of the present equilibrium; history and factor stay.
     fn restore_friction(&mut self, memory: &FrictionMemory) {
         self.state.slip.clone_from(&memory.slip);
         self.state.backlash.clone_from(&memory.backlash);
@@ -251,7 +251,7 @@ impl Stepper {
         false
     }
 
-    /// Compliance of body and tendons where it stands, W + C with the Delassus operator W = J K⁻¹ Jᵀ of the exact
+    /// Compliance of body and tendons at the present equilibrium, W + C with the Delassus operator W = J K⁻¹ Jᵀ of the exact
     /// tangent in double precision [m/N]: row-major, one row and column per tendon. What friction holds or drags
     /// stays as it is.
     ///
@@ -269,7 +269,7 @@ impl Stepper {
         Ok(rows.flat_map(|row| &row[..n]).copied().collect())
     }
 
-    /// How the body moves per tension where it stands, the columns of K⁻¹ Jᵀ of the exact tangent [m/N]: one per tendon,
+    /// Displacement of the body per tension at the present equilibrium, the columns of K⁻¹ Jᵀ of the exact tangent [m/N]: one per tendon,
     /// over the unknowns of the free nodes, which come first in model order.
     ///
     /// # Errors
@@ -313,7 +313,7 @@ impl Stepper {
         &mut self.quasi_newton
     }
 
-    /// The projection with the lagged factor, made where it stands if there is none: approximate.
+    /// The projection with the lagged factor, computed at the present equilibrium if there is none: approximate.
     pub(crate) fn projection(&mut self, twin: &Twin) -> Option<&Projection> {
         let state = &self.state;
         self.balance.evaluate_strokes(twin, &self.control, &state.positions, &state.tensions);

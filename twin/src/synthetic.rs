@@ -11,7 +11,7 @@ use crate::model::Twin;
 use crate::plant::{Plant, PlantStep, relax_to_equilibrium};
 use crate::{Error, Result, TwinState};
 
-/// Samples between two Jacobians, which change with the shape, slowly; each stands until the next.
+/// Samples between two Jacobians, which change slowly with the shape; each holds until the next.
 const JACOBIAN_EVERY: usize = 10;
 /// Largest move of the tip in a sample: factor on its Jacobian's [-], plus a part of the robot's length [-].
 const JUMP: [f64; 2] = [4.0, 0.01];

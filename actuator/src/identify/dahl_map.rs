@@ -82,7 +82,7 @@ impl DahlMap {
     /// it. The ridge is the one with the least validation error, each of these runs as validation once.
     ///
     /// # Errors
-    /// `BadInput` for fewer than two runs, series of different lengths, numbers that are not finite, or a joint that stands.
+    /// `BadInput` for fewer than two runs, series of different lengths, numbers that are not finite, or a joint at rest.
     pub fn fit(runs: &[FrictionRun]) -> Result<Self, BadInput> {
         if runs.len() < 2 {
             return Err(BadInput::new(
@@ -110,7 +110,7 @@ impl DahlMap {
     /// Torque against the motion along a path sampled every `period` [s], but for a constant (n_samples) [N m].
     ///
     /// # Errors
-    /// `BadInput` for positions that are not finite, too few of them for the filter, or a joint that stands.
+    /// `BadInput` for positions that are not finite, too few of them for the filter, or a joint at rest.
     pub fn torque(&self, position: &[f64], period: f64) -> Result<Vec<f64>, BadInput> {
         let path = TermSignals::new(position, period, self.center)?;
         let columns = path.columns(self.ripple, 1);
@@ -199,7 +199,7 @@ fn solve(parts: &[&RunTerms], ridge: f64) -> DVector<f64> {
         right += &part.terms * &part.torque;
         n += part.torque.len() as f64;
     }
-    // A joint that stands has been refused: a term without spread can only be the position's, over a tiny range.
+    // A joint at rest has been refused: a term without spread can only be the position's, over a tiny range.
     let scale = DVector::from_fn(p, |k, _| (matrix[(k, k)] / n).sqrt().max(f64::MIN_POSITIVE));
     let mut scaled = DMatrix::from_fn(p, p, |a, b| matrix[(a, b)] / (scale[a] * scale[b]));
     for k in 0..p {

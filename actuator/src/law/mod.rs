@@ -2,7 +2,7 @@
 //! parameters.
 //!
 //! Each law is one formula over [`Real`], so its derivatives by speed and by every parameter are those of the formula itself.
-//! A law splits friction into a dry part, a bound where the joint stands, and a viscous coefficient: a stepper needs both
+//! A law splits friction into a dry part, a bound at standstill, and a viscous coefficient: a stepper needs both
 //! ([`Budget::velocity_after`]), a regression their sum.
 
 mod backdrive;
@@ -52,7 +52,7 @@ impl Sliding {
 /// Friction of a joint, split as a stepper needs it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Budget<T = f64> {
-    /// Size of the part that does not vanish at standstill: against motion, or a bound where the joint stands [N m].
+    /// Size of the part that does not vanish at standstill: against motion, or a bound at standstill [N m].
     pub dry: T,
     /// Viscous coefficient [N m s/rad].
     pub viscous: T,
@@ -88,9 +88,9 @@ pub struct LawParameter {
 /// Quantity that the bounds of a parameter are relative to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ScalesWith {
-    /// The torques of the joint: 1 stands for the largest.
+    /// The torques of the joint: 1 is the largest.
     Torque,
-    /// Its speeds: 1 stands for the largest.
+    /// Its speeds: 1 is the largest.
     Speed,
     /// The largest torque over the largest speed.
     TorquePerSpeed,

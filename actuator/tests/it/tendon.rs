@@ -82,7 +82,7 @@ fn one_law_holds_as_much_in_a_joint_as_at_a_guide() {
     let range = holding_range(&law, &parameters, behind);
     // The tendon is balanced to rounding of its stiffness.
     assert!((range.drive.unwrap() - before).abs() < 1e-8 * before, "{range:?} {before}");
-    // A motor with that law in its gear stands with a hair less torque, and turns with a hair more.
+    // A motor with that law in its gear is at rest with slightly less torque, and turns with slightly more.
     let gear = Gear { armature: 1e-3, backlash: 0.0, law, friction: parameters.to_vec() };
     let motor = Motor::new(1.0, 1.0, 1.0);
     let supply = Supply { voltage: before, resistance: 0.0 };
@@ -181,7 +181,7 @@ fn work_over_a_closed_cycle_is_heat() {
 
 #[test]
 fn tangent_is_the_derivative_of_the_tensions() {
-    // Not between: guides that have slid and not yet slid back stand on the edge of their cone.
+    // Not between: guides that have slid and not yet slid back are on the edge of their cone.
     for (stroke, back) in [(2e-3, -0.1e-3), (2e-3, 1.2e-3)] {
         let mut pulled = Pulled::new(0.3);
         for k in 1..=20 {

@@ -142,7 +142,7 @@ impl Program {
                 ExitCode::from(2)
             }
             None => {
-                // Control characters that may stand in the words typed are escaped.
+                // Control characters in the typed words are escaped.
                 let shown = |word: OsString| terminal::escaped(&word.to_string_lossy());
                 let again = Self::try_parse_from(std::env::args_os().map(shown));
                 let error = again.err().unwrap_or(error);

@@ -5,7 +5,7 @@ use hysteron_workflow::{Context, rig};
 
 /// Servos and tracker, real or emulated
 ///
-/// A new rig: check it, calibrate it, then `hysteron record`. Without hardware, `hysteron rig emulate` stands in for
+/// A new rig: check it, calibrate it, then `hysteron record`. Without hardware, `hysteron rig emulate` replaces
 /// it: programs find the same servos on a serial port, and the same tracker on a TCP port. docs/rig.md is the guide.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {

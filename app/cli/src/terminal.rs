@@ -1,6 +1,6 @@
 //! Everything a person reads in the terminal: results on stdout; log, progress and errors on stderr.
 //!
-//! The outcome of a verb is one value: with `--json` it is all that stands on stdout, without it the verb's own lines
+//! The outcome of a verb is one value: with `--json` it is the only output on stdout, without it the verb's own lines
 //! do.
 
 use std::io::{self, IsTerminal, Write};
@@ -33,7 +33,7 @@ pub fn print(line: impl std::fmt::Display) {
     }
 }
 
-/// Prints the outcome of a verb: with `--json` the same object that stands in `metrics.json`, where the verb writes one; without
+/// Prints the outcome of a verb: with `--json` the same object as in `metrics.json`, where the verb writes one; without
 /// it the verdict, where there is one.
 pub fn print_outcome(outcome: &Printed) {
     outcome.verdict.iter().flat_map(verdict::lines).for_each(print);

@@ -226,7 +226,7 @@ fn kuka(folder: &Path) -> Fallible<ArmResiduals> {
     Ok(compare("KUKA LWR4+", &model, &measured(1)?, &measured(2)?, 8.0)?.1)
 }
 
-/// One exciting trajectory and another; then a run in which a hand pushes the arm where it stands.
+/// One exciting trajectory and another; then a run in which a hand pushes the arm at rest.
 fn ur10e(folder: &Path) -> Fallible<PushedArm> {
     let measured = |name: &str| -> Fallible<Measured> {
         Measured::of(&read(&folder.join(name), "ur10e", None)?, &UR10E_GAINS)

@@ -1,7 +1,7 @@
 //! The verbs of hysteron, one function each: plain options in, an outcome out.
 //!
 //! [`Context`] belongs to the caller of a verb; its [`ProgressSink`] receives progress and may cancel it. An [`outcome::Outcome`] is a struct of
-//! every number that is shown, the same that stands in `metrics.json` where a verb writes one. Every verb writes whole files and
+//! every number that is shown, the same as in `metrics.json` where a verb writes one. Every verb writes whole files and
 //! replaces nothing that it would not itself have made from the same options.
 //!
 //! ```

@@ -153,7 +153,7 @@ impl<K: StateKernel> WithSimd for StateBlock<'_, '_, K> {
     }
 }
 
-/// The rows of arrays that the lanes of a register stand for; the last register is filled up with the last row.
+/// The rows of arrays of the lanes of a register; the last register is filled up with the last row.
 #[derive(Clone, Copy)]
 pub(crate) struct Register<S: Simd> {
     packs: Packs<S>,

@@ -80,7 +80,7 @@ impl BoxQp {
     }
 
     /// Changes the active set one joint at a time from the velocities at hand: the cost falls with every change, until no joint that
-    /// stands is pulled harder than what holds it.
+    /// is at rest is loaded beyond its friction.
     fn descend(&mut self) {
         let n = self.pull.len();
         for _ in 0..MAX_CHANGES * n {
@@ -95,7 +95,7 @@ impl BoxQp {
         }
     }
 
-    /// Moves towards the solution of the sliding joints until one of them stands; whether one does.
+    /// Moves towards the solution of the sliding joints until one of them stops; returns whether one does.
     fn block(&mut self) -> bool {
         let mut first = (1.0, None);
         for (&i, x) in self.rows.iter().zip(&self.side) {
@@ -176,7 +176,7 @@ impl BoxQp {
         is_same
     }
 
-    /// Solves for the joints that slide, exactly, where the others stand: joints into `rows`, velocities into `side`.
+    /// Solves for the joints that slide, exactly, with the others at rest: joints into `rows`, velocities into `side`.
     fn solve_sliding(&mut self) {
         let n = self.pull.len();
         self.rows.clear();

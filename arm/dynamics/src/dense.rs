@@ -7,7 +7,7 @@ use crate::Scalar;
 pub fn factor<T: Scalar>(n: usize, a: &mut [T]) {
     for j in 0..n {
         for k in 0..j {
-            // Column k is final: L_jk D_k stands above the diagonal.
+            // Column k is final: L_jk D_k is stored above the diagonal.
             let scaled = a[n * j + k];
             a[n * k + j] = scaled;
             a[n * j + k] = scaled * a[n * k + k];

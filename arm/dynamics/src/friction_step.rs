@@ -10,7 +10,7 @@
 //! Friction may grow with what a gear transmits, f_i = F_i + μ_i |τ_i + b_i|, with b of gravity, Coriolis and outside forces: the difference
 //! of what the motor and what the load put on it, as in bam's model m3 (Duclusaud et al. 2024). It is that of the state before the substep.
 //!
-//! The active set is found in every lane by itself; given it, the velocities are the solution of a linear system whose rows of standing
+//! The active set is found in every lane separately; given it, the velocities are the solution of a linear system whose rows of standing
 //! joints are those of the identity. Gradients follow from that system with the active set fixed: with μ its solution for the cotangent of
 //! the velocities, those of −h μ·(τ(q, q̇, (v − q̇)/h) + …), which is one reverse sweep of inverse dynamics.
 
@@ -116,7 +116,7 @@ impl<T: Scalar> FrictionStep<T> {
         let one = q[0].splat(1.0);
         for (u, &i) in self.followers.independent.iter().enumerate() {
             let goes = one - self.stopped[u];
-            // A joint that stops stands on the end of its range, free of rounding.
+            // A joint that stops is exactly at the end of its range.
             let free = self.speeds[u].mul_add(q[i].splat(self.period), q[i]);
             q[i] = self.stopped[u].mul_add(self.ends[u], goes * free);
             dq[i] = goes * self.speeds[u];

@@ -9,7 +9,7 @@ use crate::spatial::{
 };
 use crate::{Data, Model, Scalar};
 
-/// Places the body of `joint`, which stands on `parent`, at the coordinate `q`.
+/// Places the body of `joint`, a child of `parent`, at the coordinate `q`.
 #[inline(always)]
 fn place<T: Scalar>(joint: &Joint, parent: Option<&BodyState<T>>, q: T, body: &mut BodyState<T>) {
     let Pose { rotation, position } = &joint.placement;

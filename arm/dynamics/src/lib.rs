@@ -3,7 +3,7 @@
 //! A [`Model`] never changes; a [`Data`] next to it is scratch, allocated once. Every algorithm is written
 //! once over
 //! [`Scalar`]. All spatial quantities are taken about the origin of the base and in its axes, so that contributions of
-//! bodies add without transforms. The equations stand in `docs/arm.md`.
+//! bodies add without transforms. The equations are in `docs/arm.md`.
 //!
 //! ```
 //! use hysteron_arm_dynamics::{Data, Model, forward_dynamics, gravity_torque};
@@ -19,7 +19,7 @@
 //! # Ok::<(), hysteron_base::BadInput>(())
 //! ```
 
-// Units stand in brackets in the comments, [m] and [N], which rustdoc takes for links.
+// Units are in brackets in the comments, [m] and [N], which rustdoc takes for links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
 mod aba;

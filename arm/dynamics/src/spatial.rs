@@ -283,7 +283,7 @@ impl<T: Scalar> Inertia<T> {
         Self { mass: self.mass + other.mass, first: add3(self.first, other.first), second }
     }
 
-    /// The same body seen from a frame in which its own stands at `rotation`, `position`.
+    /// The same body in a frame in which its own frame is at `rotation`, `position`.
     #[inline(always)]
     pub fn placed(&self, rotation: &Mat3<T>, position: Vec3<T>) -> Self {
         let p = position;
@@ -431,7 +431,7 @@ impl Pose<f64> {
 }
 
 impl<T: Scalar> Pose<T> {
-    /// The frame that stands at the constant pose `inner` in this one.
+    /// The frame at the constant pose `inner` in this one.
     #[inline(always)]
     pub(crate) fn times(&self, inner: &Pose<f64>) -> Self {
         let like = self.position[0];

@@ -1,10 +1,10 @@
 //! Estimation on robot arms: excitation, identification of bodies, observers of external torque and force, detection of
 //! contact, and recordings of arms in one form.
 //!
-//! Models and their algorithms are those of [`hysteron_arm_dynamics`]; the equations stand in `docs/observers.md` and
+//! Models and their algorithms are those of [`hysteron_arm_dynamics`]; the equations are in `docs/observers.md` and
 //! `docs/actuator.md`.
 
-// Units stand in brackets in the comments, [m] and [N], which rustdoc takes for links.
+// Units are in brackets in the comments, [m] and [N], which rustdoc takes for links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
 mod computed_torque;

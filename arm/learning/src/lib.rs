@@ -1,9 +1,9 @@
 //! Dynamics of robot arms learned from recordings: Lagrangian networks, neural actuators, the simple models that they
 //! have to beat, and public data sets.
 //!
-//! The equations stand in `docs/lagrangian.md` and `docs/neural-actuator.md`.
+//! The equations are in `docs/lagrangian.md` and `docs/neural-actuator.md`.
 
-// Units stand in brackets in the comments, [m] and [N], which rustdoc takes for links.
+// Units are in brackets in the comments, [m] and [N], which rustdoc takes for links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
 pub mod baselines;

@@ -14,7 +14,7 @@ const COARSE: usize = 4;
 /// Part by which a delay must lower the mean square error to be one [-]: a hundredth of the error itself.
 const MIN_GAIN: f64 = 0.02;
 
-/// A path that is `delay` samples ahead of itself; it stands still after its end.
+/// A path that is `delay` samples ahead of itself; its last point is repeated after its end.
 pub fn ahead(path: &[PathPoint], delay: f64) -> Vec<PathPoint> {
     let last = path.len().saturating_sub(1);
     let (whole, part) = (delay.floor() as usize, delay.fract());

@@ -106,7 +106,7 @@ impl Features {
         }
     }
 
-    /// Appends the features of sample `i` of a smoothed path to `out`; after its end it stands still. Samples come in
+    /// Appends the features of sample `i` of a smoothed path to `out`; after its end the last point is repeated. Samples come in
     /// order. `strokes` (n_tendons) are those of the static regression [m].
     pub fn append(&mut self, path: &[PathPoint], i: usize, strokes: &[f64], out: &mut Vec<f64>) {
         let PathPoint { position, rate } = path[i];

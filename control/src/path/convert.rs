@@ -51,7 +51,7 @@ pub(super) struct Valid {
 
 /// A curve before it is placed.
 struct UnplacedCurve {
-    /// Where it stands, for messages.
+    /// Its place, for messages.
     place: String,
     family: &'static str,
     points: Vec<OutlinePoint>,

@@ -5,7 +5,7 @@
 use super::outline::OutlinePoint;
 use std::f64::consts::TAU;
 
-/// Sides of a polygon that stands for a smooth turn.
+/// Sides of a polygon for a smooth turn.
 const FINE: usize = 4096;
 
 /// A circle of this diameter, from (d / 2, 0) counter-clockwise.

@@ -1,6 +1,6 @@
 //! Which part of a recording is its path: strokes begin and end at rest, so an approach comes before and a return after.
 //!
-//! The span stands in the metadata, in seconds after the first row, and goes with the strokes into what a rig records of
+//! The span is in the metadata, in seconds after the first row, and goes with the strokes into what a rig records of
 //! them. Whoever does not know it reads a recording as before.
 
 use hysteron_base::{BadInput, Recording};

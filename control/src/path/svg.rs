@@ -18,7 +18,7 @@ use svgtypes::{Length, LengthUnit, PathParser, PathSegment, PointsParser, Transf
 
 type Check<T> = Result<T, BadInput>;
 
-/// Largest distance of a curve from the lines that stand for it [m].
+/// Largest distance of a curve from its polyline [m].
 const FLATNESS: f64 = 1e-6;
 const PIXEL: f64 = 25.4e-3 / 96.0;
 const SHAPES: [&str; 7] = ["path", "polygon", "polyline", "circle", "ellipse", "rect", "line"];
@@ -27,7 +27,7 @@ const SHAPES: [&str; 7] = ["path", "polygon", "polyline", "circle", "ellipse", "
 const LARGEST: f64 = 1e7;
 /// Most lines and curves of a shape.
 const MAX_SEGMENTS: usize = 20_000;
-/// Most elements of a drawing, and characters that its entities may stand for.
+/// Most elements of a drawing, and characters after the expansion of its entities.
 const MAX_NODES: u32 = 200_000;
 const MAX_EXPANDED: usize = 1 << 20;
 /// Most attributes of an element, and elements in each other: the reader compares each with all.

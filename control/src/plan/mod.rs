@@ -56,7 +56,7 @@ impl MotionPlan {
         Self::from_toml(&file::read_text(path)?, &path.display().to_string())
     }
 
-    /// The plan in the text of a plan file; `place` stands for the file in messages.
+    /// The plan in the text of a plan file; `place` names the file in messages.
     ///
     /// # Errors
     /// As [`MotionPlan::read`].

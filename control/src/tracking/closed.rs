@@ -15,7 +15,7 @@ const MAX_PAIRS: usize = 4_000_000;
 const NONE: u32 = u32::MAX;
 
 /// Discrete Fréchet distance of two closed curves [m]: the shortest leash with which both can be walked once around, from any pair of
-/// points on and never back. The first point may stand at the end again. Of curves with more than four million pairs of points,
+/// points on and never back. The first point may be repeated at the end. Of curves with more than four million pairs of points,
 /// every so many points are compared, and the distance is right to the largest distance between these.
 pub fn frechet_closed(a: &[PlanarPoint], b: &[PlanarPoint]) -> f64 {
     let (a, b) = (opened(a), opened(b));

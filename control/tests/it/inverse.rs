@@ -77,7 +77,7 @@ fn quick() -> RecurrentOptions {
         learning_rate: 5e-3,
         ..default.learning
     };
-    // A delay would stand in for a part of the play: here the regression is to know nothing.
+    // A delay would compensate a part of the backlash: here the regression must not have one.
     RecurrentOptions { learning, largest_delay_s: 0.0, ..default }
 }
 

@@ -164,7 +164,7 @@ pub fn clear_temporary(folder: &Path) {
     }
 }
 
-/// Whether two names stand for one file or folder that is there, however they are spelled: links, hard links, dots and,
+/// Whether two names are of one existing file or folder, with any spelling: links, hard links, dots and,
 /// on a disk that ignores it, letter case.
 pub fn is_same(a: &Path, b: &Path) -> bool {
     matches!((identity(a), identity(b)), (Some(a), Some(b)) if a == b)

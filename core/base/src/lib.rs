@@ -13,7 +13,7 @@
 //! # Ok::<(), hysteron_base::BadInput>(())
 //! ```
 
-// Units stand in brackets in the comments, [m] and [N], which rustdoc takes for links.
+// Units are in brackets in the comments, [m] and [N], which rustdoc takes for links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
 pub mod checks;

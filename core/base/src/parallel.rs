@@ -36,7 +36,7 @@ pub fn try_map<'a, T: Sync, R: Send, E: Send>(
         }
         result
     };
-    // An item without a result stands after a failure.
+    // An item without a result comes after a failure.
     items.par_iter().map(attempt).collect::<Vec<_>>().into_iter().flatten().collect()
 }
 

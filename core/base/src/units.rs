@@ -1,7 +1,7 @@
 //! The only place that converts units; everything in memory is SI.
 //!
 //! A name that a person types or reads ends in its unit: `length_mm`, `tip_x_mm`, `youngs_modulus_mpa`. The
-//! table here knows these endings; behind `_per_` stands what divides: `n_per_mm`. Numbers that come as text are converted by moving the decimal exponent
+//! table here knows these endings; after `_per_` comes the divisor: `n_per_mm`. Numbers that come as text are converted by moving the decimal exponent
 //! of the text, so `4.5` in millimetres is the double nearest to 0.0045 and a value survives a CSV bit for bit.
 
 use std::fmt::Write;
@@ -81,7 +81,7 @@ const UNITS: [Unit; 44] = [
     ten("count", "count", 0),
 ];
 
-/// Units that stand under a fraction line alone: a name that ended in one of them would be a name by chance.
+/// Units that are only divisors: a name that ends in one of them does so by chance.
 const DIVISORS: [Unit; 7] = [
     ten("k", "k", 0),
     ten("s2", "s2", 0),
@@ -95,7 +95,7 @@ const DIVISORS: [Unit; 7] = [
 /// The fraction line of a name: `stiffness_n_per_mm`.
 const PER: &str = "_per_";
 
-/// Units that may stand under a fraction line.
+/// Units that may be divisors.
 fn divisors() -> impl Iterator<Item = &'static Unit> {
     UNITS.iter().chain(&DIVISORS)
 }
@@ -112,7 +112,7 @@ static FRACTIONS: LazyLock<Vec<Unit>> = LazyLock::new(|| {
 impl Unit {
     /// The unit that is spelled like this, without underscore: `mm`, `n_per_mm`, `per_s`.
     pub fn from_suffix(suffix: &str) -> Option<&'static Unit> {
-        // A name for the unit to stand behind.
+        // A name before the unit.
         let name = format!("x_{suffix}");
         Self::of_name(&name).filter(|(stem, _)| *stem == "x").map(|(_, unit)| unit)
     }

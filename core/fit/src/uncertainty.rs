@@ -89,7 +89,7 @@ pub fn inside(free: &[usize], places: &[f64]) -> Vec<usize> {
     free.iter().copied().filter(|&k| places[k] > 0.0 && places[k] < 1.0).collect()
 }
 
-/// Finds the parameter that stands most for a direction which moves the residuals by less than `smallest` (root mean
+/// Finds the parameter with the largest share of a direction which moves the residuals by less than `smallest` (root mean
 /// square) from bound to bound: its position in `free`, and the parameters that share the direction.
 pub fn unidentifiable(free: &[usize], columns: &[Vec<f64>], smallest: f64) -> Option<(usize, Vec<usize>)> {
     let (singular, direction) = weakest(columns)?;

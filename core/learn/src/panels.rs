@@ -1,4 +1,4 @@
-//! Matrices for products with one row or a few rows: in panels, whose entries stand in the order in which they are used.
+//! Matrices for products with one row or a few rows: in panels, whose entries are stored in the order of their use.
 //!
 //! Results are the same on every instruction set.
 
@@ -138,7 +138,7 @@ impl RowProducts<'_> {
 impl WithSimd for RowProducts<'_> {
     type Output = ();
 
-    /// A panel comes from memory once, in the order in which it stands there, and is near the processor for all rows after the first.
+    /// A panel comes from memory once, in the order of storage, and is in the cache for all rows after the first.
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
         let n_rows = self.x.len() / self.inputs;

@@ -10,7 +10,7 @@ use crate::axis::Axis;
 use crate::color::{AXIS, GRID};
 use crate::sheet::{BELOW, LEFT, Sheet, TEXT};
 
-/// Room for labels left of an axis whose name stands above it [px].
+/// Room for labels left of an axis whose name is above it [px].
 pub(crate) const LEFT_OF_NAMED_ABOVE: f64 = 58.0;
 /// Space left of a name at the side of an axis: letters reach farther than backends reckon [px].
 const EDGE: f64 = 3.0;

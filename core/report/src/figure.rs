@@ -1,6 +1,6 @@
 //! A figure: tiles side by side and below each other, with a title, a legend and a caption.
 //!
-//! A file holds the whole figure; a report holds the tiles one by one, so that they stand below each other where the
+//! A file holds the whole figure; a report holds the tiles one by one, so that they are below each other where the
 //! window is narrow, and tiles that a phone does not show whole a second time for it. Type keeps its size. Everything is
 //! drawn as SVG, at several times its size: plotters rounds to whole pixels, and
 //! curves would show it. The same code draws the PNG. Text is measured with an embedded font (`assets/`), so a figure
@@ -126,14 +126,14 @@ pub fn drawn(figure: &impl Figure) -> anyhow::Result<Drawn> {
     })
 }
 
-/// Where everything stands in a file.
+/// Layout of a file.
 struct FigureLayout {
     size: [f64; 2],
     legend: Vec<Vec<LegendEntry>>,
     tiles: Vec<TilePlace>,
 }
 
-/// Where a tile stands: its legend, and itself below.
+/// Place of a tile: its legend, and itself below.
 struct TilePlace {
     at: [f64; 2],
     legend: Vec<Vec<LegendEntry>>,

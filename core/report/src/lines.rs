@@ -117,7 +117,7 @@ pub fn without_gaps(values: &[f64], gap: &[bool]) -> Vec<f64> {
     values.iter().zip(gap).map(|(value, gap)| if *gap { f64::NAN } else { *value }).collect()
 }
 
-/// Most curves in a pair of axes, so that their colours differ; more stand in several.
+/// Most curves in a pair of axes, so that their colours differ; more are split into several.
 const MAX_CURVES: usize = 7;
 /// Width of a panel [px].
 const WIDTH: f64 = 1040.0;

@@ -196,7 +196,7 @@ fn legend(entries: &[LegendEntry], line_style: LineStyle) -> String {
     format!("<p class=\"legend\">{}</p>\n", entries.join("\n"))
 }
 
-/// A cell, with the heading of its column for a window in which rows stand as lists; prose is broken into lines,
+/// A cell, with the heading of its column for a narrow window in which rows are lists; prose is broken into lines,
 /// numbers are not.
 fn table_cell(text: &str, heading: &str) -> String {
     const LONG: usize = 32;

@@ -55,7 +55,7 @@ pub struct Marks {
 
 /// Most dots of a cloud: more only fill the file.
 const MAX_DOTS: usize = 3000;
-/// Width and height of a tile, and of one that stands alone [px].
+/// Width and height of a tile, and of a single one [px].
 const TILE: [f64; 2] = [520.0, 320.0];
 const ALONE: [f64; 2] = [1040.0, 360.0];
 const ON_PHONE: [f64; 2] = [NARROW, 300.0];

@@ -81,7 +81,7 @@ where
         size.map_or(0.0, |(width, _)| f64::from(width) / self.scale)
     }
 
-    /// The text itself, or as much of it as fits so many pixels, with dots; what stands behind the last bracket, as a
+    /// The text itself, or as much of it as fits so many pixels, with dots; the text after the last bracket, as a
     /// unit, stays.
     fn shortened(&self, text: &str, width: f64) -> String {
         if self.text_width(text) <= width {

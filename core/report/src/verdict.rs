@@ -1,6 +1,6 @@
 //! Verdicts: whether a result can be used, in one sentence, from numbers with stated limits.
 //!
-//! All limits stand in one table, [`RULES`], each with its reason: a verb reports its measurements, the table
+//! All limits are in one table, [`RULES`], each with its reason: a verb reports its measurements, the table
 //! decides. The worst of its reasons decides a verdict.
 
 use schemars::JsonSchema;

@@ -6,7 +6,7 @@ use crate::simd::{LANES, Pack};
 /// One quadrature point of the eight elements of a batch.
 #[derive(Debug, Clone)]
 pub(crate) struct PointData<const N: usize> {
-    /// Rest volume that the point stands for \[m³\]; zero in lanes that only fill up the last batch.
+    /// Rest volume of the point \[m³\]; zero in lanes that only fill up the last batch.
     pub weight: Pack,
     /// Rest gradients of the shape functions \[1/m\]. Node 0 is implied: the gradients add up to zero.
     pub gradients: [[Pack; 3]; N],
@@ -31,7 +31,7 @@ pub(crate) struct PairMap {
 impl PairMap {
     /// A clamped node: nothing to add.
     pub const SKIP: u32 = u32::MAX;
-    /// Set where the pair stands transposed: the row node has the lower number.
+    /// Set where the pair is transposed: the row node has the lower number.
     pub const TRANSPOSED: u32 = 1 << 31;
 }
 

@@ -172,7 +172,7 @@ impl SupernodalFactor {
         }
     }
 
-    /// Negative entries of D, which stands on the diagonal of the unit lower triangle.
+    /// Negative entries of D, which is stored on the diagonal of the unit lower triangle.
     fn n_negative_pivots(&self) -> usize {
         match self.symbolic.raw() {
             SymbolicCholeskyRaw::Simplicial(symbolic) => {

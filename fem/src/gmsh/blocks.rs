@@ -1,4 +1,4 @@
-//! Nodes and elements of MSH 4.0 and 4.1, which stand in blocks, one for each entity.
+//! Nodes and elements of MSH 4.0 and 4.1, which are in blocks, one for each entity.
 
 use hysteron_base::BadInput;
 

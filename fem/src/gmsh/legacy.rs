@@ -139,7 +139,7 @@ fn parse_tags(scan: &mut Scan<'_>, n_tags: u64) -> Result<i64, BadInput> {
     Ok(physical)
 }
 
-/// The nodes of one element. A physical group stands for an entity of its own.
+/// The nodes of one element. A physical group counts as an entity.
 fn parse_element(
     scan: &mut Scan<'_>,
     kind: GmshType,

@@ -108,7 +108,7 @@ impl<'a> Scan<'a> {
         line.strip_suffix(b"\r").unwrap_or(line)
     }
 
-    /// True where nothing but blanks stands before the end of the line.
+    /// Whether the rest of the line is blank.
     pub(super) fn is_line_read(&self) -> bool {
         let blanks = self.rest().iter().find(|b| **b == b'\n' || !b.is_ascii_whitespace());
         blanks.is_none_or(|b| *b == b'\n')

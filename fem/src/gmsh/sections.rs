@@ -20,7 +20,7 @@ pub(super) struct Sections {
     pub(super) index_of: HashMap<u64, u32>,
     /// Elements in file order.
     pub(super) blocks: Vec<ElementBlock>,
-    /// True where an element may stand in the file more than once: for each of its groups (MSH 1 and 2), or for each
+    /// Whether an element may be in the file more than once: for each of its groups (MSH 1 and 2), or for each
     /// partition that sees it.
     pub(super) is_partitioned: bool,
 }
@@ -45,7 +45,7 @@ impl ElementBlock {
 }
 
 impl Sections {
-    /// Adds a node. One that stands in the file twice, as parts of a partitioned mesh may repeat it, must be in the
+    /// Adds a node. One that is in the file twice, as parts of a partitioned mesh may repeat it, must be in the
     /// same place.
     pub(super) fn add_node(&mut self, scan: &Scan<'_>, tag: u64, x: [f64; 3]) -> Result<(), BadInput> {
         let index =

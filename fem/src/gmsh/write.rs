@@ -49,7 +49,7 @@ struct WrittenBlock {
     nodes: Vec<u32>,
 }
 
-/// Everything that stands in the file.
+/// The contents of the file.
 struct MshContent {
     /// Dimension, tag, name.
     names: Vec<(i32, i32, String)>,
@@ -318,7 +318,7 @@ fn emit_nodes(out: &mut Out<'_>, file: &MshContent) {
     out.text("$Nodes\n");
     [1, n, 1, n].into_iter().for_each(|v| out.size(v));
     out.end();
-    // All nodes stand on the first volume: that keeps their order.
+    // All nodes belong to the first volume: that keeps their order.
     [3, 1, 0].into_iter().for_each(|v| out.int(v));
     out.size(n);
     out.end();

@@ -87,7 +87,7 @@ fn second_reader_agrees() {
     }
 }
 
-/// A tetrahedron and a loose node whose contiguous tags stand in another order than 1, 2, …
+/// A tetrahedron and a loose node whose contiguous tags are in another order than 1, 2, …
 const SHUFFLED: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Comments\nby hand\n$EndComments\n\
     $Nodes\n2 5 1 5\n3 1 0 2\n5\n1\n7 7 7\n0 0 0\n3 1 0 3\n4\n2\n3\n0 0 3\n1 0 0\n0 2 0\n$EndNodes\n\
     $Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n";

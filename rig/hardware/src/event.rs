@@ -1,4 +1,4 @@
-//! Events of a run, one line each: the log that stands next to every recording.
+//! Events of a run, one line each: the log next to every recording.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,6 @@
 //! A virtual rig and a virtual arm with physics of their own, and emulators of their ports.
 //!
-//! They stand in for hardware: nothing here is shared with the twin that is fitted to their recordings.
+//! They replace hardware: nothing here is shared with the twin that is fitted to their recordings.
 
 #[cfg(unix)]
 pub mod emulator;

@@ -34,7 +34,7 @@ fn number(name: &str) -> Option<u64> {
         .map(|value| value.parse().unwrap_or_else(|_| panic!("{name}={value} is no number")))
 }
 
-/// How many cases stand for `usual` ones.
+/// Number of cases in place of `usual` ones.
 pub fn n_cases(usual: u32) -> u64 {
     number("HYSTERON_FUZZ_CASES").unwrap_or(u64::from(usual) * number("HYSTERON_FUZZ").unwrap_or(1))
 }

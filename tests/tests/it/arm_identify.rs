@@ -39,7 +39,7 @@ fn value(found: &Value, name: &str) -> f64 {
 fn friction_of_a_joint_comes_back_by_every_method_and_its_report_is_there() {
     let place = tempfile::tempdir().unwrap();
     for (name, shift) in [("a.csv", 0), ("b.csv", 7)] {
-        // A deterministic ripple stands for noise: no multiple of the path's own period.
+        // A deterministic ripple in place of noise: no multiple of the path's own period.
         let torque =
             |v: f64, k: usize| 0.4 * v.signum() + 0.25 * v + 0.1 + 0.01 * (1.7 * (k + shift) as f64).sin();
         friction(&place.path().join(name), 900, torque);
@@ -235,7 +235,7 @@ fn bodies_are_identified_and_recordings_that_say_nothing_are_refused() {
     assert!((a - b).abs() < 0.1, "{a} {b}");
 }
 
-/// A log of bam: what the XL330 of the catalogue does at this gain with a weight on a rod when its goal swings, or stands.
+/// A log of bam: what the XL330 of the catalogue does at this gain with a weight on a rod when its goal swings, or is constant.
 fn log(path: &Path, swings: bool, gain: f64) {
     let entry = CatalogueDrive::named("xl330-m288").unwrap();
     let drive = Drive { supply: Supply { voltage: 7.3, ..entry.drive.supply }, ..entry.drive };

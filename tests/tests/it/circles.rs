@@ -17,7 +17,7 @@ type Name = Vec<String>;
 /// Imports and paths in a file.
 #[derive(Default)]
 struct Source {
-    /// `use`: what a name stands for, as written.
+    /// `use`: the path of a name, as written.
     imports: BTreeMap<String, Name>,
     /// Paths of two parts or more.
     paths: BTreeSet<Name>,

@@ -53,7 +53,7 @@ fn recording_of_another_kind_is_one_clear_error() {
     place.write("fit.toml", "format = \"hysteron-fit\"\nversion = 1\n[fit]\nzero_mm = [1.0]\n");
     assert!(refused(&["--fit-file", "fit.toml"]).contains("fit.zero_mm"));
 
-    // A tip that stands 50 mm aside.
+    // A tip that is off by 50 mm.
     let text = String::from_utf8(place.read("rec.csv")).unwrap();
     let recording = Recording::read(place.path().join("rec.csv")).unwrap();
     let [x, ..] = recording.tip().unwrap();

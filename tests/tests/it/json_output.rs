@@ -1,4 +1,4 @@
-//! `--json` prints what stands in `metrics.json`, for every verb that has both; results read back as they were written.
+//! `--json` prints the contents of `metrics.json`, for every verb that has both; results read back as they were written.
 
 use hysteron_base::json;
 use hysteron_tests::{Workplace, root};
@@ -15,7 +15,7 @@ const PLAN: &str = "format = \"hysteron-plan\"\nversion = 1\nname = \"short\"\ns
     sustain_s = 1\ndecay_s = 3\n";
 const FIT: &str = "format = \"hysteron-fit\"\nversion = 1\n[fit]\nzero_mm = [-1.0, 1.0]\n";
 
-/// Runs a verb with `--json`: the same value stands in `metrics.json` of `folder`, and reads back from both texts that it has.
+/// Runs a verb with `--json`: the same value is in `metrics.json` of `folder`, and reads back from both texts that it has.
 #[track_caller]
 fn is_the_same(place: &Workplace, line: &str, folder: &str) {
     let arguments: Vec<&str> = line.split_whitespace().chain(["--json"]).collect();

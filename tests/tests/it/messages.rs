@@ -46,7 +46,7 @@ fn types(code: &str) -> impl Iterator<Item = &str> {
         .into_iter()
 }
 
-/// Names of fields and arguments with the type that stands behind each, references, options and lists taken off.
+/// Names of fields and arguments with the type of each, references, options and lists taken off.
 fn declared(code: &str) -> Vec<(&str, &str)> {
     let mut found = Vec::new();
     for (at, _) in code.match_indices(": ") {

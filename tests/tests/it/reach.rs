@@ -50,7 +50,7 @@ fn strokes_found_for_goals_bring_the_tip_there() {
     let again = recording(&place, "again.csv");
     let distance = tip_distance(&found, &again);
     assert!(distance < SAME_TIP, "{distance}");
-    // It is a way there, and it is no standing still.
+    // The tip moves there, and does not stay at rest.
     assert!(again.tip().unwrap()[0].iter().any(|x| x.abs() > 1e-3));
 
     let names = names_in(&place.path().join("figures"));

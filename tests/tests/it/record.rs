@@ -288,7 +288,7 @@ fn kill(rig: &EmulatedRig, name: &str, after: f64) -> Left {
     }
 }
 
-/// Records until it succeeds; only a computer that stood still longer than the servos' watchdog, which ends a run
+/// Records until it succeeds; only a computer that paused longer than the servos' watchdog, which ends a run
 /// on purpose, is a reason for another try.
 fn recorded(rig: &EmulatedRig, out: &str) -> Outcome {
     for _ in 0..3 {

@@ -50,7 +50,7 @@ fn a_file_that_must_not_grow_is_an_error_and_leaves_nothing() {
         assert_eq!(code, Some(1), "{line}: {text}");
         let lines = errors(&text);
         assert!(lines.len() == 1 && lines[0].to_lowercase().contains("file too large"), "{line}: {text}");
-        // A journal of what a rig has measured is kept on purpose; a folder may stand, but with nothing half written in it.
+        // A journal of what a rig has measured is kept on purpose; a folder may remain, but without half-written files.
         let half_written = |name: &String| {
             let path = place.path().join(name);
             let inside = if path.is_dir() { names_in(&path) } else { vec![name.clone()] };

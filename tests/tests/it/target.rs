@@ -30,7 +30,7 @@ fn recordings_are_measured_against_their_target() {
     let outcome =
         place.run(&[&["evaluate", "--target", "target.parquet", "tips"][..], &out].concat()).succeeded();
     let lines: Vec<&str> = outcome.stdout.lines().collect();
-    // Wider than a terminal, the table stands with a line for each number; the verdict ends it.
+    // Wider than a terminal, the table has a line for each number; the verdict ends it.
     assert!(lines[0].starts_with("Recording") && lines[0].ends_with("CV"), "{}", outcome.stdout);
     assert!(lines.iter().any(|line| line.starts_with("NRMSE [%]")), "{}", outcome.stdout);
     assert!(lines.iter().take(10).all(|line| line.chars().count() <= 80), "{}", outcome.stdout);
@@ -58,7 +58,7 @@ fn recordings_are_measured_against_their_target() {
         assert!(svg.contains(text), "{text}");
     }
 
-    // The same by name, from a robot that stands elsewhere.
+    // The same by name, from a robot at another place.
     write_tip(&place, "target.parquet", "moved.csv", 1.0, [0.1, -0.2]);
     let moved = ["evaluate", "--target", "circle:40", "moved.csv", "--out", "moved"];
     place.run(&moved).succeeded();
@@ -106,7 +106,7 @@ fn friction_leaves_a_target_within_reach_and_one_beyond_is_known_by_few_goals() 
         place.run(&["target", named, "--out", &out, "--scene", "scene-friction.toml", "--figures", figures])
     };
     with("circle:20", "near").succeeded();
-    // No part of it is nearer to the clamp than the body is long: three places of it stand for all.
+    // No part of it is nearer to the clamp than the body is long: three points of it are checked.
     with("circle:200", "far").error(2);
     let [near, far] = ["near", "far"].map(|folder| metrics(&place, folder)["reach"].clone());
     assert_eq!(near["out_of_reach"], 0);

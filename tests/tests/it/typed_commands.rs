@@ -1,4 +1,4 @@
-//! Every command of README and docs runs as typed, or stands below with the reason why not; then its verb and its options are at
+//! Every command of README and docs runs as typed, or is listed below with the reason why not; then its verb and its options are at
 //! least those of the help.
 
 use std::path::Path;

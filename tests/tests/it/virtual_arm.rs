@@ -95,7 +95,7 @@ fn a_data_set_goes_on_where_it_was_and_is_the_same_on_any_number_of_threads() {
             "weight/pick_place_object_300g/train/001.parquet"
         ]
     );
-    // The command stands in the files, so compare what was recorded.
+    // The command is in the files, so compare the recorded values.
     for (name, _) in &one {
         let [a, b] =
             ["one", "two"].map(|folder| Recording::read(place.path().join(folder).join(name)).unwrap());

@@ -1,4 +1,4 @@
-//! The page on a robot of one's own: its files and its commands, as they stand there.
+//! The page on a robot of one's own: its files and its commands, as written there.
 
 use hysteron_base::Recording;
 use hysteron_tests::{root, run};

@@ -53,7 +53,7 @@ pub struct IdentifiedSample {
     pub distance: f64,
     /// Status of each QP.
     pub statuses: Vec<QpStatus>,
-    /// The bound that each auxiliary stroke stands at, if any (n_aux).
+    /// The active bound of each auxiliary stroke, if any (n_aux).
     pub bounds: Vec<Option<Bound>>,
 }
 

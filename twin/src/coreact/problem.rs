@@ -16,7 +16,7 @@ use crate::state::TwinState;
 use crate::step::LinearisedStep;
 use hysteron_fit::qp::{Activity, BoxQp, BoxedRows, QpStatus};
 
-/// A bound that an auxiliary stroke can stand at.
+/// A bound of an auxiliary stroke that can be active.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Bound {
     /// Smallest stroke or tension.
@@ -60,7 +60,7 @@ pub(super) struct StrokeResponse {
 struct Follow {
     /// The change (n_aux) [m].
     change: DVector<f64>,
-    /// Where the other cables stand then (n_others).
+    /// Strokes of the other cables then (n_others).
     active_set: Vec<Activity>,
     /// Displacement of the tip (rows) [m].
     tip: DVector<f64>,
@@ -247,7 +247,7 @@ impl AuxiliaryProblem {
         None
     }
 
-    /// Where the other cables stand, and how far the tip goes, when the auxiliary strokes change.
+    /// Strokes of the other cables, and motion of the tip, when the auxiliary strokes change.
     fn follow(&mut self, at: &LinearisedTip, change: DVector<f64>) -> Option<Follow> {
         let pulled = &at.coupling * &change;
         let stroke_residual: Vec<f64> =
@@ -305,7 +305,7 @@ pub(crate) fn allowed(auxiliary: &AuxiliaryLimits, before: &[f64], duration: f64
     auxiliary.bounds.iter().zip(before).map(of).collect()
 }
 
-/// The bound that a stroke stands at, if any.
+/// The active bound of a stroke, if any.
 pub(super) fn bound_of(stroke: f64, allowed: &Bounds, whole: &Bounds, length: f64) -> Option<Bound> {
     let near = |a: f64, b: f64| (a - b).abs() <= NEGLIGIBLE * length;
     if near(stroke, whole.min) {

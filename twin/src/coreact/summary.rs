@@ -50,7 +50,7 @@ pub struct IdentificationSummary {
     pub before: DistanceSummary,
     /// And with them.
     pub after: DistanceSummary,
-    /// Samples in which at least one stroke stood at this bound: lower, upper, rate.
+    /// Samples in which at least one stroke was at this bound: lower, upper, rate.
     pub samples_at_bound: [usize; 3],
     /// The same for strokes, of all strokes in all samples [-].
     pub share_at_bound: [f64; 3],

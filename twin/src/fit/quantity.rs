@@ -185,7 +185,7 @@ pub const QUANTITIES: [SceneQuantity; 15] = [
         get: |s, _| Some(s.friction?.backlash), set: |s, _, v| change(s, |f| f.backlash = v) },
 ];
 
-/// Names that stand for several quantities.
+/// Names of groups of quantities.
 const GROUPS: [(&str, [&str; 2]); 1] = [("tracker", ["tracker_turn", "tracker_shift"])];
 
 /// A quantity that is to be fitted.

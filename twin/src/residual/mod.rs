@@ -45,7 +45,7 @@ pub use sequence::{DECODER, Sequence, fit_decoder};
 pub use training::{ResidualOptions, ResidualTraining, TrainedMember};
 pub use windowed::{PUBLISHED, fit_windowed};
 
-/// Where the trainings of several networks stand between runs, and who gets their reports.
+/// Files of the trainings of several networks between runs, and the receiver of their reports.
 pub struct Sessions<'a> {
     /// File of each network to go on from, written after every epoch; empty for no files.
     pub files: Vec<PathBuf>,

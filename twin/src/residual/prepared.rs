@@ -208,7 +208,7 @@ impl Sequences for TipSequences<'_> {
         let mut inputs = Vec::with_capacity(samples.len() * self.sequences.len() * self.spec.len());
         for i in samples {
             for sequence in &self.sequences {
-                // After its end a trajectory stands still; it is not evaluated there.
+                // After its end the last sample of a trajectory is repeated; it is not evaluated there.
                 let i = i.min(sequence.offset.len() - 1);
                 let features = &sequence.features[i * n_features..(i + 1) * n_features];
                 inputs.extend(features.iter().map(|value| value + input_width * noise()));

@@ -13,7 +13,7 @@ use rand::RngExt;
 use super::scenes;
 
 const STEP: f64 = 0.01;
-/// The tracker of these tests stands aside by this much, along every axis, and has this much noise [m].
+/// The tracker of these tests is off by this much along every axis, and has this much noise [m].
 const ASIDE: f64 = 1.5e-4;
 const NOISE: f64 = 2e-5;
 

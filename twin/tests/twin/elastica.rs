@@ -42,7 +42,7 @@ fn bending_stiffness(twin: &Twin) -> f64 {
     twin.body.material.youngs_modulus * second_moment
 }
 
-/// Nodes of the free end, weighted by the volume they stand for.
+/// Nodes of the free end, weighted by their volume.
 fn end_nodes(twin: &Twin) -> Vec<(u32, f64)> {
     let nodes = (0..).zip(&twin.body.rest).filter(|(_, node)| node[2] > (1.0 - 1e-9) * LENGTH);
     let volumes: Vec<(u32, f64)> = nodes.map(|(i, _)| (i, twin.body.nodal_volumes[i as usize])).collect();

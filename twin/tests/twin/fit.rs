@@ -322,7 +322,7 @@ fn heavy(scene: &Scene, gravity: [f64; 3]) -> Scene {
 #[test]
 fn gravity_that_points_the_wrong_way_is_named_and_found() {
     let (robot, mesh) = scenes::robot();
-    // It hangs from a wall, a little off its axes; in the scene it stands.
+    // It hangs from a wall, a little off its axes; in the scene it is upright.
     let direction = [9.2, 2.0, -2.7];
     let size = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
     let truth = heavy(&robot, direction.map(|c: f64| 9.81 * c / size));

@@ -10,7 +10,7 @@ use super::scenes;
 
 const HEIGHT: f64 = 0.01;
 
-/// One element that stands on its clamped face, with its free tip above.
+/// One element on its clamped face, with its free tip above.
 fn pyramid(law: MaterialLaw, is_quadratic: bool) -> Twin {
     let nodes = vec![[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.0, 0.01, 0.0], [0.002, 0.002, HEIGHT]];
     let groups = BTreeMap::from([("base".to_owned(), vec![0, 1, 2]), ("tip".to_owned(), vec![3])]);

@@ -121,7 +121,7 @@ impl Robot {
     }
 }
 
-/// A stepper that stands at `state`.
+/// A stepper at `state`.
 pub fn stepper_at(twin: &Twin, state: &TwinState) -> Stepper {
     let mut stepper = Stepper::new(twin);
     stepper.restore(twin, state).expect("a state of the twin");

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! with the load l, its offset o, the tension T on the radius r, friction τ_f with the motor's back EMF in it, and two terms that
-//! stand for inertia and for the delay of the load. Where tensions were measured, the load scale s is found
+//! account for inertia and for the delay of the load. Where tensions were measured, the load scale s is found
 //! with the friction; where they were not, only samples of a slack tendon count (`slack.rs`) and s comes from
 //! a data sheet. Backlash shows in tensions at reversals (`backlash.rs`).
 

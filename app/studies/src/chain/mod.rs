@@ -1,6 +1,6 @@
 //! `study run`: the whole chain from a recording to a tracked path, stage by stage, defined by a study file.
 //!
-//! A stage is this program, started again with the arguments that a person would type. What it was made from stands
+//! A stage is this program, started again with the arguments that a person would type. Its inputs are
 //! in its stamp, so that a stage is done once, and again only when something that it reads has changed.
 
 mod convert;

@@ -37,7 +37,7 @@ pub struct Stamp {
     pub seconds: f64,
 }
 
-/// How a stage stands.
+/// Status of a stage.
 #[derive(Debug, PartialEq)]
 pub enum StageStatus {
     /// Finished, from what is there now.

@@ -77,7 +77,7 @@ pub struct ImportedRecording {
     pub gaps: usize,
     /// Rows of the source that were left out.
     pub left_out: usize,
-    /// Rate [Hz]; none where rows stand at uneven times.
+    /// Rate [Hz]; none where rows have uneven times.
     pub rate_hz: Option<f64>,
     /// Time from the first to the last sample [s].
     pub duration_s: f64,
@@ -116,7 +116,7 @@ impl ImportedRecording {
         }
     }
 
-    /// `100.00 Hz`, or that rows stand at times of their own.
+    /// `100.00 Hz`, or a note that rows have uneven times.
     pub(super) fn rate(&self) -> String {
         self.rate_hz.map_or_else(|| "times of its own".to_owned(), |rate| format!("{rate:.3} Hz"))
     }

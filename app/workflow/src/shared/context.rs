@@ -81,7 +81,7 @@ impl Progress for Silent {
 }
 
 impl Context<'static> {
-    /// Runs a verb in silence; `command` stands in its results as what made them. Nothing of others is replaced, and
+    /// Runs a verb without output; its results name `command` as their origin. Results of others are not replaced, and
     /// nothing moves on a rig's ports.
     pub fn silent(command: impl Into<String>) -> Self {
         Self { progress: &Silent, command: command.into(), overwrite: false, watchdog: None }

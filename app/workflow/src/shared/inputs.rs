@@ -1,4 +1,4 @@
-//! Recordings that a person names: files, or folders that stand for all recordings in them.
+//! Recordings named by the user: files, or folders for all recordings in them.
 
 use std::path::{Path, PathBuf};
 

@@ -2,7 +2,7 @@
 //! others.
 //!
 //! A verb declares its inputs and outputs before it works. Files are compared by identity on the disk,
-//! not by their names, so links and other spellings are seen through. Whether a file is the verb's own stands in the
+//! not by their names, so links and other spellings are resolved. Whether a file is the verb's own is decided by the
 //! file: every result holds the command that made it. What a rig has measured is never replaced, and no input either,
 //! with any options.
 

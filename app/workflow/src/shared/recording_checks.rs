@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::shared::inputs::Input;
 
-/// Most findings that are printed one by one; the rest stands in `metrics.json`.
+/// Most findings that are printed one by one; the rest is in `metrics.json`.
 const MAX_PRINTED: usize = 12;
 
 /// Warnings about the recordings of a verb, none of them an error: `recording_warnings` of its result, and a

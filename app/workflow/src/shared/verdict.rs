@@ -1,4 +1,4 @@
-//! Assessment of a fit's estimates for and against its use; the limits stand in `hysteron_report::verdict`.
+//! Assessment of a fit's estimates for and against its use; the limits are in `hysteron_report::verdict`.
 
 use hysteron_fit::{Identifiability, IdentifiedParameter};
 use hysteron_report::verdict::{Criterion, Judgement, Reason, Verdict};

@@ -37,7 +37,7 @@ pub(super) fn build(description: Description) -> Check<Model> {
     let mut moves = vec![false; description.links.len()];
     let mut mimics = Vec::new();
     let mut reached = BTreeSet::new();
-    // Depth first, in the order of the file: a link, the joint before it, and the body and pose that the joint stands in.
+    // Depth first, in the order of the file: a link, the joint before it, and the parent body and pose of the joint.
     let mut waiting = vec![(root, None, None, Pose::IDENTITY)];
     while let Some((link, via, body, pose)) = waiting.pop() {
         let (body, pose) = match via {
@@ -175,7 +175,7 @@ impl Model {
         (Some(self.joints.len() - 1), Pose { rotation: back, position: [0.0; 3] })
     }
 
-    /// Adds a link that stands at `pose` in a body.
+    /// Adds a link at `pose` in a body.
     fn carry(&mut self, link: &Link, body: Option<usize>, pose: Pose<f64>) {
         let inertia = link.inertia.unwrap_or(Inertia::ZERO).placed(&pose.rotation, pose.position);
         if let (Some(body), true) = (body, link.compensation != 0.0) {

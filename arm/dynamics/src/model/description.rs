@@ -70,7 +70,7 @@ pub(super) struct JointDescription {
     pub mimic: Option<Mimic>,
 }
 
-/// A joint of several degrees of freedom that holds a whole robot, and is taken as fixed where it stands at zero.
+/// A joint of several degrees of freedom that holds a whole robot, and is taken as fixed at coordinate zero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeJoint {
     /// Name of the joint.
@@ -88,7 +88,7 @@ pub(super) struct Description {
     pub joints: Vec<JointDescription>,
     /// Points and axes without mass: name, link, pose in the link.
     pub sites: Vec<(String, usize, Pose<f64>)>,
-    /// Joints of several degrees of freedom, which stand among `joints` as fixed ones.
+    /// Joints of several degrees of freedom, which are fixed ones in `joints`.
     pub free: Vec<FreeJoint>,
     /// Error in a link, by its number, raised should the link move.
     pub faults: Vec<(usize, BadInput)>,

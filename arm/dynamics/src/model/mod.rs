@@ -125,7 +125,7 @@ impl Weightless {
         Self { mass: self.mass + other.mass, first: add3(self.first, other.first) }
     }
 
-    /// The same seen from a frame in which its own stands at `pose`.
+    /// The same in a frame in which its own frame is at `pose`.
     pub(crate) fn placed(&self, pose: &Pose<f64>) -> Self {
         let turned = mul3(&pose.rotation, self.first);
         Self { mass: self.mass, first: add_scaled3(turned, self.mass, pose.position) }
@@ -172,7 +172,7 @@ impl Model {
         Ok(Self::from_text_with(&text, &xml::file_name(path), path.parent(), options)?)
     }
 
-    /// Takes `text` as MJCF where it begins with `<mujoco>`, else as URDF; `name` stands in errors.
+    /// Takes `text` as MJCF where it begins with `<mujoco>`, else as URDF; `name` is the file in errors.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -204,7 +204,7 @@ impl Model {
         Ok(model)
     }
 
-    /// Takes `text` as URDF; `name` stands in errors.
+    /// Takes `text` as URDF; `name` is the file in errors.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -213,7 +213,7 @@ impl Model {
         model.check_held().and_then(|()| model.check_definite(name)).map(|()| model)
     }
 
-    /// Takes `text` as MJCF; `name` stands in errors.
+    /// Takes `text` as MJCF; `name` is the file in errors.
     ///
     /// # Errors
     /// As [`Self::read`].

@@ -401,7 +401,7 @@ fn quaternion(r: &Mat3<f64>) -> [f64; 4] {
     q.map(|x| x / length)
 }
 
-/// Text that may stand between quotes of XML.
+/// Text escaped for XML attributes.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }

@@ -299,7 +299,7 @@ impl Element {
     }
 }
 
-/// The last part of a path, to stand in errors.
+/// The last part of a path, for errors.
 pub(super) fn file_name(path: &Path) -> String {
     path.display().to_string()
 }

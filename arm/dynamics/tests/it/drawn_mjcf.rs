@@ -67,7 +67,7 @@ const SECTIONS: [&str; 15] = [
     "<actuator><position joint=\"j1\" kp=\"A\"/></actuator>",
 ];
 
-/// An element in the tree: its kind, the element that it stands in, and its numbers.
+/// An element in the tree: its kind, its parent element, and its numbers.
 type Node = (usize, Index, [usize; 3]);
 
 fn numbered(template: &str, k: usize, numbers: [usize; 3]) -> String {
@@ -87,7 +87,7 @@ fn numbered(template: &str, k: usize, numbers: [usize; 3]) -> String {
 fn document(sections: &[(usize, [usize; 3])], around: &[Node], alone: &[Node], nest: usize) -> String {
     let mut inner = vec![Vec::new(); around.len() + 1];
     for (k, (_, within, _)) in around.iter().enumerate() {
-        // In one that stands before it, or in the world.
+        // In an earlier one, or in the world.
         inner[within.index(k + 1)].push(k + 1);
     }
     let mut leaves = vec![String::new(); around.len() + 1];

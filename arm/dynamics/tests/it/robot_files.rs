@@ -155,7 +155,7 @@ fn the_page_on_robot_files_says_what_the_reader_of_urdf_does() {
     }
 }
 
-/// A number that no machine has is refused where it stands, with the range.
+/// An implausible number is refused with its place and the range.
 #[test]
 fn numbers_beyond_belief_are_refused() {
     let hinge = robot_file("hinge_slide.urdf");

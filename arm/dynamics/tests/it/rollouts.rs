@@ -191,7 +191,7 @@ fn adjoint_with_friction_stops_and_followers_is_the_derivative() {
     check(&Case::with_friction(0.1));
     let case = Case::with_friction(0.0);
     check(&case);
-    // What the finger does before a substep: moves, stands, stands at an end of its range.
+    // State of the finger before a substep: moving, at rest, at rest at an end of its range.
     let contacts = |tape: &[f64]| -> Vec<u8> {
         let ends = [-0.05, 0.0125];
         let of_state = |state: &[f64]| {

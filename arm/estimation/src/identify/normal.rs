@@ -100,7 +100,7 @@ impl RegressionColumns<'_> {
         Ok(())
     }
 
-    /// Where the term number `term` of a joint stands.
+    /// Column of term number `term` of a joint.
     pub fn position(&self, joint: usize, term: usize) -> usize {
         10 * self.model.n_joints() + joint * self.terms.len() + term
     }

@@ -23,7 +23,7 @@ pub fn matrix(p: &InertialParameters) -> Matrix4<f64> {
     Matrix4::from_fn(|r, c| rows[r][c])
 }
 
-/// Least mass [kg] and radius of gyration [m] of a body that is believed: rods without width and frames without mass stand in
+/// Least mass [kg] and radius of gyration [m] of the prior of a body: rods without width and frames without mass are in
 /// robots' files, and no divergence from them is finite.
 const MIN_MASS: f64 = 1e-3;
 const MIN_RADIUS: f64 = 0.01;

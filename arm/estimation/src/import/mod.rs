@@ -1,6 +1,6 @@
 //! Recordings of arms from the files of other programs.
 //!
-//! The files are read by [`hysteron_base::import`]; here stands what is known of arms alone: joints are counted and named,
+//! The files are read by [`hysteron_base::import`]; this module adds what is specific to arms: joints are counted and named,
 //! numbers in an unlikely unit are suspected, and currents that a file leaves out come from the voltage equation of its drives,
 //! where these are known.
 

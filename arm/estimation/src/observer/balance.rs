@@ -15,7 +15,7 @@ pub enum Terms {
     GravityAndFriction,
 }
 
-/// Balance of torques as if the arm stood still, without memory.
+/// Static balance of torques, without memory.
 #[derive(Debug, Clone)]
 pub struct StaticResidual<D> {
     dynamics: D,

@@ -26,7 +26,7 @@ pub struct ObserverGain {
 }
 
 impl ObserverGain {
-    /// y_i = bandwidth · `inertias`_i: where the arm stands and joints are not coupled, the pole of each at that inertia [rad/s].
+    /// y_i = bandwidth · `inertias`_i: where the arm is at rest and joints are not coupled, the pole of each at that inertia [rad/s].
     ///
     /// `largest` is the largest eigenvalue of M [kg m²], `inertia_rate` the bound ζ on ‖Ṁ‖ [kg m²/s], both over all states that
     /// occur. With X = Y⁻¹ diagonal the inequality [Y + Yᵀ − ζ, Yᵀ; Y, Γ⁻¹] ≥ 0 is 2 y_i − ζ ≥ γ_i y_i² for every joint.

@@ -11,7 +11,7 @@ pub enum LowSpeed {
     /// eq. 39 [rad/s]. A contact that friction can hold is not felt at rest.
     Stick(f64),
     /// Below this speed what it was when the joint slid last, and every change since of what it holds, up to the dry friction
-    /// there [rad/s]. So friction is where a joint stops: an arm that sank under a load and stands is still felt to carry it.
+    /// there [rad/s]. So friction is where a joint stops: an arm at rest that sank under a load still has the estimate of that load.
     /// A joint that has not slid yet is taken to be without contact.
     Absorb(f64),
 }

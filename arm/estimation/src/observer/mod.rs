@@ -2,7 +2,7 @@
 //!
 //! M q̈ + C q̇ + g + τ_f = τ_m + τ_ext: an external torque counts as positive where it pushes towards positive coordinates, as
 //! the motor's does. (In Wan et al. (2026) and De Luca, Mattone (2005) signs of τ_ext differ.) Every estimator is an
-//! [`Observer`]: one sample at a time, no allocation; [`estimate`] runs one over recorded rows. The equations stand in
+//! [`Observer`]: one sample at a time, no allocation; [`estimate`] runs one over recorded rows. The equations are in
 //! `docs/observers.md`.
 
 mod balance;

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::observer::{FrictionModel, LowSpeed, MotorTorque};
 
-/// Below this a joint stands: half a step of the register is the least that is not zero [rad/s].
+/// Below this a joint is at rest: half a step of the register is the least that is not zero [rad/s].
 pub const STANDS: f64 = 0.02;
 
 /// How a method takes motor torque and friction.

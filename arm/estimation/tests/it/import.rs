@@ -468,7 +468,7 @@ fn public_recordings_are_read_as_they_are() {
     }
 }
 
-/// A table with these columns (`*` for 1 to n), each of the value that stands next to it, at `period` [s].
+/// A table with these columns (`*` for 1 to n), each of the value next to it, at `period` [s].
 fn table(columns: &[(&str, usize, f64)], period: f64) -> String {
     let names: Vec<(String, f64)> = columns
         .iter()

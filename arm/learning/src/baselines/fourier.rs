@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::states::StateUnits;
 use crate::lagrangian::ArmSamples;
 
-/// Samples whose features stand in memory at a time.
+/// Samples whose features are in memory at a time.
 const ROWS: usize = 256;
 
 /// √2 cos(ω · x + b) of states x = (q, q̇, q̈) in units of their spread, ω normal with deviation 1/length, b uniform.

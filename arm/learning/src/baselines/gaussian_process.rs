@@ -15,7 +15,7 @@ pub const MAX_POINTS: usize = 2000;
 const NOISES: [f64; 6] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0];
 /// Samples of the trajectories left out that a choice is evaluated on.
 const MAX_EVALUATED: usize = 4000;
-/// Samples whose kernels stand in memory at a time.
+/// Samples whose kernels are in memory at a time.
 const ROWS: usize = 256;
 
 /// A Gaussian process of states with the kernel exp(−|x − x'|²/2ℓ²), x in spreads, one for all joints; its mean.
@@ -208,7 +208,7 @@ mod tests {
         let process = GaussianProcess::conditioned((&subset, &subset.tau), &all, &units, length, &[noise])
             .swap_remove(0);
         let exact = process.predict(&test);
-        // The penalty of a mean of squares over n features of mean square 1 that stands for that noise; the features' own constant is
+        // The penalty of a mean of squares over n features of mean square 1 equivalent to that noise; the features' own constant is
         // hardly penalised, as the mean is not.
         let difference = |n_features: usize| {
             let features = FourierFeatures::new(&subset, n_features, length, 1);

@@ -15,7 +15,7 @@ use hysteron_arm_dynamics::{Data, Model, regressor};
 const OWN: usize = 7;
 /// Speed within which dry friction is smooth [rad/s].
 const SMOOTH: f64 = 0.02;
-/// Samples whose features stand in memory at a time.
+/// Samples whose features are in memory at a time.
 const ROWS: usize = 256;
 
 /// The features of an arm's torques.

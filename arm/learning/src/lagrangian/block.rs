@@ -132,7 +132,7 @@ impl<T: Float> SampleBlock<T> {
         }
         self.n_rows = 0;
         let mut of_joints = [[[0.0; 2]; 2]; super::MAX_JOINTS];
-        // One series after the other: samples stand anywhere in memory, and short loops ask for several of them at a time.
+        // One series after the other: samples are scattered in memory, and short loops load several of them at a time.
         for (to, from) in [&mut self.v, &mut self.a].into_iter().zip(&series[1..]) {
             for row in rows.clone() {
                 to.extend(from[row * n..(row + 1) * n].iter().map(|v| T::of(*v)));

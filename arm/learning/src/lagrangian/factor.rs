@@ -96,7 +96,7 @@ impl<T: Float> Factor<T> {
         self.take(stream, |l, slope, _| *l *= slope);
     }
 
-    /// Writes d_i o of every output as an element of this stream; `turn` then makes what stands on the diagonal of an element there, the
+    /// Writes d_i o of every output as an element of this stream; `turn` then transforms the diagonal elements, the
     /// softplus (stream 0) or its slope, and d_i.
     fn take(&mut self, stream: usize, turn: impl Fn(&mut T, T, T)) {
         let (form, m) = (self.form, self.scale.len());

@@ -331,7 +331,7 @@ impl NetworkShape {
         self.mlp(self.features().len() + 2 * self.n_joints(), self.n_joints())
     }
 
-    /// Where the parameters of every term stand.
+    /// Ranges of the parameters of every term.
     pub(crate) fn layout(&self) -> Vec<(TermKind, Range<usize>)> {
         let n = self.n_joints();
         let mut start = 0;
@@ -394,7 +394,7 @@ fn coordinates(lengths: &[Option<f64>]) -> Vec<Coordinate> {
     lengths.iter().map(|length| length.map_or(Coordinate::Angle, Coordinate::Length)).collect()
 }
 
-/// A term and where its parameters stand.
+/// A term and the range of its parameters.
 type PlacedTerm<T> = (TermKind, Range<usize>, Box<dyn Term<T>>);
 
 /// Scratch with which one thread evaluates a model on blocks of samples.

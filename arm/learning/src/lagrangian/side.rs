@@ -1,6 +1,6 @@
 //! Rows of a batch side by side in registers, and products of them with the factor of a mass matrix.
 //!
-//! Outputs of a network stand row by row; a factor of seven joints has 28 numbers that are not always zero, which fill no register evenly.
+//! Outputs of a network are stored row by row; a factor of seven joints has 28 numbers that are not always zero, which fill no register evenly.
 //! [`SIDE`] rows go through registers together instead: every array is [group of rows][element], each element one number of each of
 //! those rows. The values in places of rows that the last group lacks are not used.
 
@@ -55,7 +55,7 @@ impl FactorForm {
         self.n + self.squares
     }
 
-    /// The element that stands on the diagonal in row `i`.
+    /// The diagonal element of row `i`.
     pub fn on_diagonal(self, i: usize) -> usize {
         i * (i + 1) / 2 + i * self.squares + i
     }

@@ -1,4 +1,4 @@
-//! `BaseFrame`: axes that turn with the arm's first joint, where that joint stands upright.
+//! `BaseFrame`: axes that turn with the arm's first joint, where that joint is vertical.
 //!
 //! Gravity is the same whichever way such an arm looks. A force in axes that turn with it has the same levers and does the same to the
 //! motors, and of the first joint's angle and goal only the difference matters: what is learned in one direction holds in all.
@@ -11,7 +11,7 @@ use hysteron_arm_dynamics::{JointKind, Model};
 /// The axis about which an arm turns without a change of its dynamics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BaseFrame {
-    /// Unit vector in the axes of the base; `None` where the first joint does not stand upright.
+    /// Unit vector in the axes of the base; `None` where the first joint is not vertical.
     axis: Option<Vec3<f64>>,
 }
 

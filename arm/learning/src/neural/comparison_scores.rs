@@ -34,7 +34,7 @@ pub struct ByMethod<T> {
     /// Network in the loop with currents by the model of the drives.
     #[serde(rename = "network, pure simulation (currents of the drive model)")]
     pub pure_network: T,
-    /// Motors that stand where their goals are.
+    /// Motors whose positions are their goals.
     #[serde(rename = "copy the goal")]
     pub copied_goal: T,
     /// The goal later, smoother and lower.

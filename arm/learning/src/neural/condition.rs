@@ -94,7 +94,7 @@ impl CurrentLine {
         Self { coefficients: normal.solve(1e-9) }
     }
 
-    /// Current along the motion beyond what a healthy motor needs, at every row [A]; zero where it stands.
+    /// Current along the motion beyond what a healthy motor needs, at every row [A]; zero at rest.
     fn excess(&self, model: &Model, features: &FeatureLayout, trajectory: &Trajectory) -> Vec<f64> {
         let rows = Self::regressor(model, features, trajectory);
         let [current, speed, _, _] = signals(features, trajectory);
@@ -294,7 +294,7 @@ mod tests {
     fn the_best_threshold_tells_apart_what_can_be() {
         let scores = [(0.1, false), (0.4, false), (0.3, true), (0.7, true), (0.8, true)];
         let at = best_threshold(&scores);
-        // One of five is wrong, wherever it stands.
+        // One of five is wrong, in any position.
         assert!((0.1..0.3).contains(&at) || (0.4..0.7).contains(&at), "{at}");
         assert_eq!(best_threshold(&[(0.5, true)]), f64::NEG_INFINITY);
         assert_eq!(best_threshold(&[(0.5, false)]), f64::INFINITY);

@@ -13,7 +13,7 @@ pub struct GripperAxis {
     pub offset: f64,
 }
 
-/// Where the inputs stand, in the order of NeuralActuator's release: goals, positions, aperture, currents, speeds, voltages,
+/// Positions of the inputs, in the order of NeuralActuator's release: goals, positions, aperture, currents, speeds, voltages,
 /// temperatures, the aperture's goal, errors of the joints, error of the aperture. 36 for four joints and a gripper.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -127,7 +127,7 @@ pub enum TrainingStage {
     Sensing,
 }
 
-/// Where a training stands between runs, and who gets its reports.
+/// Files of a training between runs, and the receiver of its reports.
 pub struct ActuatorSession<'a> {
     /// Names of the training's recordings, which identify it.
     pub recordings: &'a [String],

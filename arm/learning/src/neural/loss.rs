@@ -172,7 +172,7 @@ impl Heads {
     /// The torques are the first head.
     pub const TORQUE: usize = 0;
 
-    /// Where the outputs stand for these motors.
+    /// Positions of the outputs for these motors.
     pub fn new(features: &FeatureLayout) -> Self {
         let m = features.motors();
         Self { force: m, gate: m + 3, condition: m + 4 + watched_motor(features) }

@@ -21,10 +21,10 @@ use hysteron_arm_estimation::servo_force::{
 /// Gains of observers in addition to that whose force is added to [1/s]: what comes and goes within a second
 /// is seen sooner, with more noise.
 const FASTER: [f64; 2] = [30.0, 60.0];
-/// Times of forces that are remembered while joints stand [s], and their deviation [N].
+/// Time constants of forces while joints are at rest [s], and their deviation [N].
 const MEMORY: [f64; 2] = [0.3, 2.0];
 const DEVIATION: f64 = 5.0;
-/// As [`ALIKE`] of a joint that stands, whose friction may stay for a second.
+/// As [`ALIKE`] of a joint at rest, whose friction may stay for a second.
 const ALIKE_AT_REST: f64 = 60.0;
 /// Time over which the force's slow part is taken, and torques of a motor's condition [s].
 const SLOW: [f64; 2] = [1.0, 0.5];

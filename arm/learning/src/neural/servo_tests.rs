@@ -48,7 +48,7 @@ fn friction_that_holds_keeps_a_loaded_joint_and_brakes_as_coulomb_says() {
         state.copy_from_slice(&next);
     }
     assert_eq!(state, still);
-    // The gripper's motor, which nothing else moves, loses F/A of its speed in a second, and then stands.
+    // The gripper's motor, which nothing else moves, loses F/A of its speed in a second, and then stops.
     let (motor, slower) = (m - 1, options.period * 2.0 / options.armature);
     let mut speed = 2.5 * slower;
     state[m + motor] = speed;

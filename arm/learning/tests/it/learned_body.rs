@@ -1,4 +1,4 @@
-//! Learned models where dynamics from a file would stand: their balance of momentum, an observer, a controller.
+//! Learned models in place of dynamics from a file: their balance of momentum, an observer, a controller.
 
 use hysteron_arm_dynamics::{Data, EndStops, Model, Simulator, forward_dynamics};
 use hysteron_arm_estimation::ComputedTorque;

@@ -1,4 +1,4 @@
-//! Checks of a single channel: it stands still, is held, repeats rows, jumps, turns over, is cut off or is
+//! Checks of a single channel: it is frozen, is held, repeats rows, jumps, turns over, is cut off or is
 //! coarse.
 
 use std::f64::consts::TAU;
@@ -27,7 +27,7 @@ const SPIKE_DEVIATIONS: f64 = 12.0;
 const SPIKE_PART: f64 = 0.1;
 /// And in what the channel moves at its speed of nearby [-]: motion that turns between two rows leaves them by at most once that.
 const SPIKE_SPEED: f64 = 3.0;
-/// Steps to either side from which that speed is taken, the second largest of them: another spike may stand on one side.
+/// Steps to either side from which that speed is taken, the second largest of them: another spike may be on one side.
 const NEARBY: usize = 2;
 /// Part of the root mean square change from row to row above which a channel certainly moves [-]; less may be the slow end of a
 /// motion, by single steps of an encoder.
@@ -45,7 +45,7 @@ const MIN_PLATEAUS: usize = 2;
 const MIN_STEPS_OF_RANGE: f64 = 100.0;
 /// How far a change may be from a whole number of quanta [quanta].
 const QUANTUM_ROUNDING: f64 = 0.02;
-/// A channel of a smaller range stands still [m or rad]: a tracker's noise, and some steps of a servo's encoder of 4096.
+/// A channel of a smaller range is at rest [m or rad]: a tracker's noise, and some steps of a servo's encoder of 4096.
 const STANDS: f64 = 3e-3;
 /// Part of the rows in which a limit may have held a stroke back [-].
 const LIMITED: f64 = 0.05;
@@ -57,7 +57,7 @@ pub fn check(series: &MeasuredSeries) -> Vec<Warning> {
     found.extend(held(&channels, series));
     found.extend(duplicated(series));
     for channel in channels {
-        // Of what stands still, the sensor's last digit is all there is to see.
+        // At rest only the last digit of the sensor changes.
         let positions = channel.is_position() && range(channel.values.iter().copied()) > STANDS;
         if channel.values.iter().all(|value| *value == channel.values[0]) {
             continue;
@@ -179,7 +179,7 @@ fn duplicated(series: &MeasuredSeries) -> Option<Warning> {
     series.measured().next()?;
     let same: Vec<bool> = (0..n).map(|i| i > 0 && is_same(i)).collect();
     let is_single = |i: &usize| same[*i] && !same[*i - 1] && !same.get(*i + 1).copied().unwrap_or(false);
-    // What stands still or creeps between two values of its rounding repeats itself; what moves on to both sides does not.
+    // A channel at rest, or between two values of its rounding, repeats values; a moving one does not.
     let positions = series.measured().filter(|channel| channel.is_position());
     let positions: Vec<(&[f64], f64)> =
         positions.map(|channel| (&channel.values[..], fast_change(&channel.values))).collect();

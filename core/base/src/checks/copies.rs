@@ -1,4 +1,4 @@
-//! Rows that stand twice: in two recordings that are used together, or in one.
+//! Rows that occur twice: in two recordings that are used together, or in one.
 //!
 //! A measurement is never repeated to the last bit for long. Stretches of rows are compared by their hashes, of which every
 //! eighth is kept; so the cost is linear in the rows.

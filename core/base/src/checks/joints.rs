@@ -26,7 +26,7 @@ const ABSOLUTE_ZERO: f64 = -273.15;
 const SPEED_FACTOR: f64 = 4.0;
 /// Currents at full duty cycle, from what is recorded at any: some hundredths of a small servo's at stall; a large drive's [A].
 const CURRENTS_AT_FULL_PWM: [f64; 2] = [0.01, 1000.0];
-/// A mean duty cycle below this has no information: its motor stands, and its sensor of current reads noise [-].
+/// A mean duty cycle below this has no information: its motor is at rest, and its sensor of current reads noise [-].
 const IDLE_PWM: f64 = 0.02;
 /// A joint at this speed or more moves [rad/s or m/s].
 const MOVING: f64 = 0.05;
@@ -140,7 +140,7 @@ fn range(position: JointQuantity, range: Option<[f64; 2]>) -> Option<Warning> {
 }
 
 /// Currents are the part of the motors' currents at stall that duty cycles are, and moving motors need some. All joints together: one
-/// of them may stand, be moved by hand, or have no sensor.
+/// of them may be at rest, be moved by hand, or have no sensor.
 fn currents(channels: &JointChannels) -> Option<Warning> {
     let warning = |finding: String, value: f64, limit: f64, unit: &str| {
         Some(suspect("current_*_a", finding, unit).measured(value, limit, "A"))

@@ -74,9 +74,9 @@ pub enum Finding {
     Orientation,
     /// A tip that follows its strokes late, or comes before them.
     Delay,
-    /// Rows that stand in another recording too.
+    /// Rows that occur in another recording too.
     CopyOfRecording,
-    /// Rows that stand in the same recording twice.
+    /// Rows that occur in the same recording twice.
     CopyWithin,
     /// A tendon that is never pulled, or tendons that are always pulled together.
     Tendon,

@@ -13,7 +13,7 @@ pub const MAX_LEFT_OUT: f64 = 0.1;
 /// Ends the name of a channel that marks the labelled rows of another.
 pub const LABELLED: &str = "labelled_ratio";
 
-/// A channel, and where its numbers stand.
+/// A channel, and the place of its numbers.
 struct ChannelSource<'a> {
     /// Name with the SI unit.
     name: String,

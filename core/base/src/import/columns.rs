@@ -42,7 +42,7 @@ pub struct ColumnMap {
     pub(super) source: String,
     pub(super) robot: Option<String>,
     pub(super) joint_names: Option<Vec<String>>,
-    /// Numbers that stand for a missing value.
+    /// Numbers that mark a missing value.
     pub(super) missing: Vec<f64>,
     /// Rate of a table without times [Hz].
     pub(super) rate_hz: Option<f64>,
@@ -162,7 +162,7 @@ pub(super) struct Selection {
     /// Added to what has been scaled [unit of the channel's name as typed].
     pub(super) offset: f64,
     pub(super) zero: Option<Zero>,
-    /// The number that stands for "no label".
+    /// The number that marks "no label".
     pub(super) unlabelled: Option<f64>,
     pub(super) encoding: Option<RegisterEncoding>,
 }
@@ -497,7 +497,7 @@ impl ColumnName {
     }
 }
 
-/// Columns of a name with `*`, which stands for 1, 2, … (or 0, 1, … or 01, 02, …) as long as there are such columns; where there
+/// Columns of a name with `*`, which is 1, 2, … (or 0, 1, … or 01, 02, …) as long as there are such columns; where there
 /// are none, for any text, in the order of the file.
 fn expanded(name: &str, table: &Table) -> Vec<usize> {
     let numbered = |first: usize, width: usize| -> Vec<usize> {

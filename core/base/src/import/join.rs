@@ -9,7 +9,7 @@ type Check<T> = Result<T, BadInput>;
 /// Neighbours further apart than this many usual steps have nothing between them [-].
 const WIDEST: f64 = 1.5;
 
-/// Samples of a clock of their own: times that ascend, and where they stand.
+/// Samples of a clock of their own: ascending times, and their place.
 struct Clock {
     times: Vec<f64>,
     rows: Vec<usize>,

@@ -59,7 +59,7 @@ pub fn from_text<T: DeserializeOwned>(text: impl AsRef<[u8]>) -> Result<T, Error
     from_value(&serde_json::from_slice(text.as_ref())?)
 }
 
-/// The text that stands for a number that is not finite.
+/// The text of a number that is not finite.
 fn name_of(number: f64) -> &'static str {
     match number {
         n if n.is_nan() => "NaN",
@@ -68,7 +68,7 @@ fn name_of(number: f64) -> &'static str {
     }
 }
 
-/// The number that a text stands for.
+/// The number of such a text.
 fn number_named(text: &str) -> Option<f64> {
     match text {
         "NaN" => Some(f64::NAN),

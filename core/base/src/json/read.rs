@@ -1,4 +1,4 @@
-//! A value as its types ask for it: a number may be the text that stands for one.
+//! Reading a value into its type: a number may be the text of one that is not finite.
 
 use serde::de::value::{MapAccessDeserializer, MapDeserializer, SeqDeserializer};
 use serde::de::{self, Deserializer, IntoDeserializer, Visitor};

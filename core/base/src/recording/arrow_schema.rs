@@ -50,7 +50,7 @@ fn u16_at(bytes: &[u8], at: usize) -> Option<usize> {
 }
 
 impl<'a> Node<'a> {
-    /// Where field number `k` stands, if it does.
+    /// Offset of field number `k`, if it is there.
     fn field(&self, k: usize) -> Option<usize> {
         let back = u32_at(self.bytes, self.at)? as u32 as i32;
         let vtable = usize::try_from(i64::try_from(self.at).ok()? - i64::from(back)).ok()?;

@@ -229,7 +229,7 @@ pub(super) struct Output {
     pub(super) file: Arc<dyn JournalFile>,
     /// Bytes of the file that are whole frames.
     length: u64,
-    /// A torn frame stands at the end and cannot be removed.
+    /// A torn frame is at the end and cannot be removed.
     is_broken: bool,
 }
 

@@ -1,6 +1,6 @@
 //! The one conversion from what was typed to what is valid, and every bound of a scene.
 //!
-//! Bounds are checked on the typed numbers, so a message shows what stands in the file and in its unit.
+//! Bounds are checked on the typed numbers, so a message shows the number of the file in its unit.
 
 use super::{
     AuxiliaryLayout, Bounds, Friction, Material, PointForce, Region, Scene, Solver, Tendon, TipDefinition,

@@ -188,7 +188,7 @@ pub struct Friction {
     pub coefficient: f64,
     /// Friction of a whole tendon in the body without tension [N].
     pub coulomb: f64,
-    /// Places in the body at which a tendon rubs, at most as many as it has inner points; each stands for an equal
+    /// Friction points of a tendon in the body, at most as many as it has inner points; each has an equal
     /// share of these.
     pub points: usize,
     /// Friction coefficient times the whole turn of the sheath between servo and body [-]: of a tension T that moves
@@ -268,7 +268,7 @@ impl Scene {
         Ok(Self { hash: file::sha256_hex(format!("{}\n{mesh}", scene.hash).as_bytes()), ..scene })
     }
 
-    /// The scene in the text of a scene file; `place` stands for the file in messages, `folder` is where the
+    /// The scene in the text of a scene file; `place` names the file in messages, `folder` is where the
     /// mesh path starts. The mesh is not read, and no part of the hash.
     ///
     /// # Errors

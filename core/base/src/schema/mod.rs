@@ -1,7 +1,7 @@
 //! Files that people type, in TOML: reading them, and checking their keys one by one.
 //!
 //! A checker takes the key and the typed number and returns the number in SI; the unit is the end of the key. What
-//! is refused comes back as [`BadInput`] with line, key, what was expected and what stood there.
+//! is refused comes back as [`BadInput`] with line, key, what was expected and what was found.
 
 mod array;
 mod message;

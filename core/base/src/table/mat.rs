@@ -17,7 +17,7 @@ const HEADER: usize = 128;
 const MAX_ARRAYS: usize = 1000;
 /// Most columns of an array.
 const MAX_COLUMNS: usize = 1000;
-/// Bytes that one byte of deflated data can become: its longest match has 258, and two bits stand for it.
+/// Bytes that one byte of deflated data can become: its longest match has 258, encoded in two bits.
 const MAX_DEFLATED: usize = 1032;
 /// Structs within structs.
 const MAX_DEPTH: usize = 4;

@@ -59,7 +59,7 @@ pub struct Table {
 pub struct RowFilter {
     /// Name of the column.
     pub column: String,
-    /// The cell as it stands in the file, or a number equal to it.
+    /// The cell as in the file, or a number equal to it.
     pub value: String,
 }
 

@@ -1,4 +1,4 @@
-//! Files of other programs, read as they stand.
+//! Files of other programs, read unchanged.
 
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 

@@ -26,7 +26,7 @@ const SEPARATORS: [Option<char>; 5] = [Some(';'), Some('\t'), Some(','), Some('|
 /// Format of a table of text as the caller states it; the rest is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TextFormat {
-    /// Separator of cells; a space stands for any number of spaces.
+    /// Separator of cells; a space is any number of spaces.
     pub delimiter: Option<char>,
     /// Separator before a fraction: `.` or `,`.
     pub decimal: Option<char>,
@@ -184,7 +184,7 @@ fn head(sample: &[NumberedLine], last_comment: Option<&str>, layout: TextLayout)
     };
     let has_header = !all_numbers(&row);
     if first > 0 && !has_header {
-        // What stands above rows of numbers alone would be their header, and is of another width.
+        // The text above rows of numbers alone would be their header, and has another width.
         let above = split(first - 1).unwrap_or_default();
         if above.len() > 1 || layout.width == 1 {
             let place = format!("line {}", sample[first - 1].0);
@@ -207,7 +207,7 @@ fn head(sample: &[NumberedLine], last_comment: Option<&str>, layout: TextLayout)
     Ok(TableHead { names, units, n_lines: first + usize::from(has_header) + usize::from(has_units) })
 }
 
-/// True for what stands in a row of units: something in brackets, or a short word that is one.
+/// Whether a cell can be in a row of units: text in brackets, or a short word that is a unit.
 fn is_unit(cell: &str) -> bool {
     const WORDS: [&str; 24] = [
         "s", "ms", "us", "µs", "ns", "m", "cm", "mm", "um", "µm", "rad", "deg", "°", "N", "mN", "Nm", "A",

@@ -8,7 +8,7 @@
 use super::clarabel::{RowQp, solve_rows};
 use super::{QpSolver, QpStatus};
 
-/// Where a variable stands.
+/// Status of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Activity {
     /// Between its bounds.
@@ -84,7 +84,7 @@ impl BoxQp {
         self.factor_is_current = false;
     }
 
-    /// Where each variable stood after the last solve.
+    /// Status of each variable after the last solve.
     pub fn active_set(&self) -> &[Activity] {
         &self.active_set
     }
@@ -242,7 +242,7 @@ impl BoxQp {
         false
     }
 
-    /// Where variable `j` should stand: where it does if its condition holds, that is x within its
+    /// Next status of variable `j`: the present one if its condition holds, that is x within its
     /// bounds, and the gradient W x - b zero between them, not negative at the lower and not positive at
     /// the upper one.
     fn better_activity(&self, j: usize, b: &[f64], tolerance: f64) -> Activity {

@@ -40,7 +40,7 @@ pub enum TrainingProgress {
     Epoch(Epoch),
 }
 
-/// Where a training stands between runs, and who gets its reports.
+/// Files of a training between runs, and the receiver of its reports.
 pub struct TrainingSession<'a> {
     /// File to go on from, written after every epoch; none for no file.
     pub file: Option<&'a Path>,

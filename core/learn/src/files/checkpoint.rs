@@ -31,7 +31,7 @@ pub struct Checkpoint<D> {
 }
 
 impl<D> Checkpoint<D> {
-    /// Writes the file; a half-written one never stands under this name.
+    /// Writes the file; a half-written one never has this name.
     ///
     /// # Errors
     /// `BadInput` if the normalisers have not the channels of the network, `File` if the file system refuses.

@@ -14,7 +14,7 @@ const FORMAT: &str = "hysteron-parameters";
 const VERSION: u64 = 1;
 
 /// Writes parameters of a model of this `kind`; `details` describes the model. A half-written file never
-/// stands under this name.
+/// has this name.
 ///
 /// # Errors
 /// If the file system refuses.

@@ -279,7 +279,7 @@ pub(crate) fn check_numbers(place: &str, value: &Value) -> std::result::Result<(
     }
 }
 
-/// Where the checksum stands. Inside the text of another entry its quotes would be escaped.
+/// Offset of the checksum. Inside the text of another entry its quotes would be escaped.
 fn checksum_place(bytes: &[u8], checksum: &str) -> Option<usize> {
     let key = "\"sha256\":\"";
     let entry = format!("{key}{checksum}\"");

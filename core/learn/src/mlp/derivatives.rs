@@ -81,7 +81,7 @@ impl<T: Float> ByParameters<'_, T> {
     }
 }
 
-/// Adds every row to what stands `width` numbers behind that of the row before.
+/// Adds every row to the values `width` numbers after those of the row before.
 struct Biases<'a, T> {
     cotangents: &'a [T],
     n_units: usize,

@@ -1,4 +1,4 @@
-//! Multi-layer perceptrons: shapes, where parameters stand, how they begin.
+//! Multi-layer perceptrons: shapes, layout of the parameters, initialisation.
 //!
 //! A [`Mlp`] holds no parameters: they are one slice, so that several networks can be trained as one vector.
 
@@ -27,7 +27,7 @@ pub struct Mlp {
     pub skip: bool,
 }
 
-/// Where one layer stands in the parameters.
+/// Ranges of one layer in the parameters.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct LayerShape {
     pub inputs: usize,

@@ -1,5 +1,5 @@
 //! Products of a few rows with a row-major matrix: one sample at a time spends its time on reading weights, so they are read once, in
-//! the order in which they stand, and nothing is packed.
+//! their order in memory, and nothing is packed.
 
 use hysteron_base::lanes::{Isa, Simd, WithSimd};
 

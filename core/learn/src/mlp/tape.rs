@@ -60,7 +60,7 @@ struct BackwardStreams {
     remembers: bool,
 }
 
-/// Every array is [stream][row][unit], `d` and `dd` are [row][unit]; behind the streams at hand may stand those of a larger pass.
+/// Every array is [stream][row][unit], `d` and `dd` are [row][unit]; after the streams in use there may be those of a larger pass.
 #[derive(Debug, Clone, Default)]
 struct TapeLayer<T> {
     /// Inputs of the layer.
@@ -423,7 +423,7 @@ struct Through<'a, T> {
     streams: &'a [DerivativeStream],
     /// Values after the activation come first in it.
     y: &'a [T],
-    /// Incoming cotangents of the last stream; those of the others stand where their results go.
+    /// Incoming cotangents of the last stream; those of the others are at the place of their results.
     last: Option<&'a [T]>,
     cotangents: &'a mut [T],
 }

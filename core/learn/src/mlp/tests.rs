@@ -174,14 +174,14 @@ fn with_a_gradient_along(
     let mut tape = MlpTape::new(mlp);
     tape.forward_along(p, &x, &a);
     tape.reverse_inputs(p, &c);
-    // Where only values are given, the direction that stands behind them is the one of the gradient.
+    // Where only values are given, the direction after them is the one of the gradient.
     if given.len() == c.len() {
         tape.keep(1);
     }
     tape.push_tangent(p, &b);
     let width = p.len();
     let is_first = repeats && !row_by_row;
-    // What stands there does not count where they are the first.
+    // The values there do not count if they are the first.
     let mut found =
         vec![if is_first { f64::NAN } else { 0.0 }; if row_by_row { n_rows * width } else { width }];
     let into = match (row_by_row, is_first) {

@@ -40,7 +40,7 @@ impl<'a> Predictor<'a> {
     }
 
     /// A sliding-window predictor, before the first sample: each step recomputes the last so many samples;
-    /// zeros stand before the first one, as in training.
+    /// zeros come before the first one, as in training.
     pub fn windowed(network: &Network, ranges: [&'a Normaliser; 2], window: usize) -> Self {
         let predictor = Self::recurrent(network, ranges, WeightFormat::Float32);
         let before = std::iter::repeat_n(predictor.normalised.clone(), window).collect();

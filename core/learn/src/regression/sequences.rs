@@ -46,7 +46,7 @@ pub trait Sequences {
     fn rows(&self) -> usize;
     /// Samples of the longest.
     fn longest(&self) -> usize;
-    /// Inputs of some samples, [step][row][channel]. A sequence that has ended stands still. `noise` gives numbers between
+    /// Inputs of some samples, [step][row][channel]. The last sample of a sequence that has ended is repeated. `noise` gives numbers between
     /// -1/2 and 1/2 in training, and zeros in validation.
     fn inputs(&mut self, samples: Range<usize>, noise: &mut dyn FnMut() -> f32) -> Vec<f32>;
     /// Losses where outputs [step][row][channel] begin at sample `start`, none for sequences that have ended; where

@@ -197,7 +197,7 @@ impl<T: Float> RecurrentCell<'_, T> {
         }
     }
 
-    /// Adds what belongs to the matrices, whose weights and biases stand at `layout`, of all `steps`.
+    /// Adds what belongs to the matrices, whose weights and biases are at `layout`, of all `steps`.
     #[inline(always)]
     pub fn gradient(
         &self,

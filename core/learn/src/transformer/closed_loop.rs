@@ -107,7 +107,7 @@ impl<'a, P: PlantBatch<T>, T: Float> ClosedLoop<'a, P, T> {
         (rows * self.plant.state_len(), rows * self.network.shape().outputs())
     }
 
-    /// Steps of the rollout that the tokens of a pass stand for, and the steps of the tape.
+    /// Steps of the rollout for the tokens of a pass, and the steps of the tape.
     fn pass(&self, step: usize) -> (Range<isize>, Range<usize>) {
         let (tokens, now) = (self.network.shape().tokens as isize, step as isize);
         match self.network.shape().form {

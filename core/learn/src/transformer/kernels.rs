@@ -149,7 +149,7 @@ pub(super) fn silu<T: Float>(x: T) -> [T; 2] {
     [x * s, s + x * s * (T::of(1.0) - s)]
 }
 
-/// Where a token's query, gate, key and value stand among its projections, and which tokens it attends to.
+/// Offsets of a token's query, gate, key and value in its projections, and which tokens it attends to.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Attention<'a, T> {
     /// Width of a token, and of its projections.
@@ -181,7 +181,7 @@ impl<T: Float> Attention<'_, T> {
     /// Attention of token `query` of sequence `r` to the tokens `attended`: `weights` (heads × window) and `out`
     /// (width).
     ///
-    /// A token's keys of all heads stand side by side, and so do its values: each is read once, from one end
+    /// A token's keys of all heads are contiguous, and so are its values: each is read once, from one end
     /// to the other. Head by head, rows of a few lines at the same place of pages would drive each other out
     /// of the nearest cache.
     #[inline(always)]

@@ -1,4 +1,4 @@
-//! Shape of a Transformer: sizes, kind of blocks, form in time; where its parameters stand.
+//! Shape of a Transformer: sizes, kind of blocks, form in time; layout of its parameters.
 
 use std::ops::Range;
 
@@ -202,7 +202,7 @@ impl TransformerShape {
     }
 }
 
-/// Where the arrays of a vector of parameters stand, in the order of [`TransformerShape::tensors`].
+/// Ranges of the arrays in a vector of parameters, in the order of [`TransformerShape::tensors`].
 fn ranges(tensors: &[TensorShape]) -> Vec<Range<usize>> {
     let mut start = 0;
     let mut next = |tensor: &TensorShape| {
@@ -212,7 +212,7 @@ fn ranges(tensors: &[TensorShape]) -> Vec<Range<usize>> {
     tensors.iter().map(&mut next).collect()
 }
 
-/// Where the arrays of a layer stand in its vector.
+/// Ranges of the arrays of a layer in its vector.
 #[derive(Debug, Clone)]
 pub(super) struct LayerLayout {
     pub norm: [[Range<usize>; 2]; 2],
@@ -223,7 +223,7 @@ pub(super) struct LayerLayout {
     pub lags: Option<Range<usize>>,
 }
 
-/// Where all arrays stand.
+/// Ranges of all arrays.
 #[derive(Debug, Clone)]
 pub(super) struct ParameterLayout {
     pub input: [Range<usize>; 2],

@@ -1,4 +1,4 @@
-//! Products of a few rows with a matrix that stands in panels, whose entries are in the order in which they are used: a rollout that goes
+//! Products of a few rows with a matrix in panels, whose entries are stored in the order of their use: a rollout that goes
 //! step by step multiplies as many rows as there are arms side by side, and a general product would spend as long on putting the matrix in
 //! order, or on reading it across, as on multiplying.
 

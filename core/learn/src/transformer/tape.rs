@@ -76,7 +76,7 @@ impl<T: Float> TransformerTape<T> {
         }
     }
 
-    /// Whether as many sequences of such a network stand side by side, and if so, for how many steps there is room.
+    /// Whether the tape has as many sequences of such a network, and if so, its capacity in steps.
     pub(super) fn room(&self, shape: &TransformerShape, rows: usize) -> Option<usize> {
         (self.size.1 == rows && self.shape == *shape).then_some(self.size.0)
     }

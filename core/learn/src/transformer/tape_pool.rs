@@ -67,7 +67,7 @@ impl<T> Drop for PooledTape<'_, T> {
 }
 
 impl<T: Float> TapePool<T> {
-    /// A tape with room for `rows` sequences of up to `steps` steps; what stands on it may be of another pass.
+    /// A tape with room for `rows` sequences of up to `steps` steps; its contents may be of another pass.
     ///
     /// # Panics
     /// As [`TransformerTape::new`].

@@ -57,7 +57,7 @@ fn weights_are_kept_in_sixteen_bits_where_that_is_asked_for_and_only_there() {
     });
     // Sums of 512 products instead of 70.
     assert!(single <= TOL * (512.0f32 / 70.0).sqrt(), "{single}");
-    // Outputs of a controller stand for strokes of ±15 mm, and less than a micrometre is to be lost.
+    // Outputs of a controller are scaled to strokes of ±15 mm, and less than a micrometre is to be lost.
     assert!(single < short && short < 1e-6 / 15e-3, "{short}");
 }
 

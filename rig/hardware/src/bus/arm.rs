@@ -1,7 +1,7 @@
 //! Registers that arms read of their servos: positions of the leader; all measurements and the torque state
 //! of the follower.
 //!
-//! Both stand side by side in every control table, so that no indirect addresses are needed, which not all servos have alike.
+//! Both are contiguous in every control table, so that no indirect addresses are needed, which differ between servos.
 
 use super::model::{EffortRegister, ServoModel};
 use super::{ServoBus, xl430};

@@ -44,7 +44,7 @@ const BLOCK: [ControlRegister; 5] = [
     xl430::PRESENT_POSITION,
 ];
 const BLOCK_BYTES: usize = 12;
-/// Voltage and temperature stand side by side.
+/// Voltage and temperature are contiguous.
 const SLOW_BYTES: usize = 3;
 
 /// Longest that a register of a servo is asked for while no torque depends on it, all questions together, where the rig

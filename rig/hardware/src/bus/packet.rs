@@ -29,7 +29,7 @@ pub enum DecodedPacket {
         /// Bytes that it took on the wire.
         wire_len: usize,
     },
-    /// A packet whose checksum is wrong, with the id as it stood.
+    /// A packet whose checksum is wrong, with its id.
     BadChecksum {
         /// Whom it seemed to address.
         id: u8,
@@ -97,7 +97,7 @@ impl PacketDecoder {
     }
 }
 
-/// First place where a header stands or may still become one.
+/// First position of a header or of the beginning of one.
 fn find_header(bytes: &[u8]) -> usize {
     (0..bytes.len())
         .find(|&at| bytes[at..].iter().zip(&HEADER).all(|(byte, expected)| byte == expected))
@@ -330,7 +330,7 @@ mod tests {
                 found.extend(std::iter::from_fn(|| decoder.next_packet()));
                 assert!(decoder.bytes.len() <= PREFIX + MAX_LENGTH);
             }
-            // What stands before the first damage is read as it is.
+            // Packets before the first damage are read unchanged.
             for (piece, found) in pieces.iter().zip(&found) {
                 let Piece::Whole(id, body) = piece else { break };
                 assert!(is_packet(found, *id, body));

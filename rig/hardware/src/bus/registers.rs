@@ -1,4 +1,4 @@
-//! Every register of the control table: what it means, and what must stand in it before a motor is driven.
+//! Every register of the control table: its meaning, and its required value before a motor is driven.
 //!
 //! The table is closed: a register is stored with the calibration, set before every run, written by the session,
 //! measured, or without effect in the two position modes. Source: ROBOTIS e-Manual, "Control Table" of each model.

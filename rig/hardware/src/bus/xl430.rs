@@ -124,7 +124,7 @@ pub mod drive {
 
 /// Bit of [`STARTUP`] that switches the torque on with the supply.
 pub const TORQUE_ON_AT_START: u8 = 1;
-/// Largest value of [`SECONDARY_ID`] that is one; all above stand for none.
+/// Largest value of [`SECONDARY_ID`] that is one; all above are none.
 pub const SECONDARY_ID_MAX: u8 = 252;
 
 /// Values of [`OPERATING_MODE`].

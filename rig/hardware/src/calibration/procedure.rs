@@ -54,7 +54,7 @@ pub fn calibrate(
         found.registers = servos.iter().map(|servo| servo.registers.clone()).collect();
     }
     found.date = date;
-    // Before there is a zero, strokes count from where the servos stand.
+    // Before there is a zero, strokes count from the present positions of the servos.
     let mut wide = rig.clone();
     wide.limits.stroke_min = -2.0 * rig.calibration.search_max;
     wide.limits.stroke_max = 2.0 * rig.calibration.search_max;
@@ -76,7 +76,7 @@ struct CalibrationRun<'a> {
     session: RigSession<'a>,
     rig: &'a RigConfig,
     asked: &'a dyn Fn() -> bool,
-    /// Strokes commanded, from where the servos stood at first (n) [m].
+    /// Strokes commanded, from the first positions of the servos (n) [m].
     at: Vec<f64>,
 }
 

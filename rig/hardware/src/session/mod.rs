@@ -167,7 +167,7 @@ impl std::fmt::Debug for RigSession<'_> {
 }
 
 impl<'a> RigSession<'a> {
-    /// Switches the torque on, where the robot stands.
+    /// Switches the torque on at the present position of the robot.
     ///
     /// # Errors
     /// `Bus` if a servo does not answer or does not switch; none is then left under torque.
@@ -230,12 +230,12 @@ impl<'a> RigSession<'a> {
     }
 
     fn switch_on(&mut self) -> Result<()> {
-        // A servo takes its goal from where it stands when its torque goes on; this is for those that do not.
+        // A servo takes its present position as the goal when its torque goes on; this is for those that do not.
         self.hardware.write_goals(&self.goals)?;
         self.hardware.enable_torque()
     }
 
-    /// Strokes at which the robot stands (n) [m].
+    /// Present strokes of the robot (n) [m].
     pub fn strokes(&self) -> &[f64] {
         &self.measured
     }
@@ -405,7 +405,7 @@ fn tip_rate(rig: &RigConfig, calibration: &RigCalibration) -> Option<f64> {
     rig.tracker.as_ref().filter(|tracker| is_known(&tracker.source)).map(|tracker| tracker.rate)
 }
 
-/// Refuses to move a robot whose servos do not stand where its calibration makes sense.
+/// Refuses to move a robot whose servos are outside the range of its calibration.
 fn check_start(rig: &RigConfig, strokes: &[f64]) -> Result<()> {
     let limits = &rig.limits;
     let far =

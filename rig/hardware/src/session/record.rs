@@ -3,7 +3,7 @@
 //! The journal is with the operating system row by row and on the disk every second, so a crash costs at most the
 //! rows that still wait for the tracker; no cycle waits for the disk. When the run has ended, however it ended, the
 //! journal becomes the recording, under a name of its own where the run did not come to its end: nothing that is cut
-//! short ever stands under the final name.
+//! short ever has the final name.
 
 use super::align::Aligner;
 use super::{RigSession, RunStats, SETTLE, Stop, Supervisor, tip_rate};
@@ -104,7 +104,7 @@ impl RigRecorder {
         Self::of(journal, rig, calibration, options)
     }
 
-    /// The same in a file of another kind, which stands under the journal's name.
+    /// The same in a file of another kind, which has the journal's name.
     ///
     /// # Errors
     /// If it cannot be written.

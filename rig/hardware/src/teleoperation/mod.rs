@@ -13,5 +13,5 @@ pub use arms::ArmPair;
 pub use config::{ArmLimits, ArmsConfig, GripperConfig, JointConfig, ServoMount};
 pub use recording::{Append, ArmsOutcome, ArmsRecording, Estimates, channel_names};
 
-/// The arms of OpenManipulator-X, as the virtual arm stands in for them: a file to copy.
+/// The arms of OpenManipulator-X, as the virtual arm emulates them: a file to copy.
 pub const ARMS_FILE: &str = include_str!("../../presets/arms.toml");

@@ -19,7 +19,7 @@ const QUANTITIES: [(&str, &str); 7] = [
     ("temperature", "degc"),
     ("pwm", "ratio"),
 ];
-/// Of servos that do not measure it, the load stands in its place.
+/// Of servos that do not measure it, the load replaces it.
 const CURRENT: (&str, &str) = ("current", "a");
 
 /// Outcome of a recording.

@@ -55,7 +55,7 @@ pub(super) struct TeleoperationSession<'a> {
 }
 
 impl<'a> TeleoperationSession<'a> {
-    /// Puts the follower under torque where it stands.
+    /// Switches the torque of the follower on at its present position.
     pub fn start(arms: &'a mut ArmPair) -> Result<Self> {
         let n = arms.n_joints();
         let mut samples = vec![None; n];

@@ -258,7 +258,7 @@ impl ServoChain {
                 let servo = &mut self.servos[k];
                 let is_addressed = servo.id() == id || servo.table.secondary_id() == Some(id);
                 if self.hears[k] && is_addressed {
-                    // There is no answer in which a refusal could stand.
+                    // There is no answer for a refusal.
                     let _ = servo.write(address, data, world);
                 }
             }

@@ -51,7 +51,7 @@ pub struct Options {
     pub return_delay: f64,
     /// How exactly answers keep the times of the wire.
     pub timing: Timing,
-    /// Longest time that the world stands still without traffic.
+    /// Longest pause of the world without traffic.
     pub tick: Duration,
     /// Faults to inject, with their times.
     pub faults: Faults,

@@ -1,4 +1,4 @@
-//! The pseudo-terminal that stands for the serial adapter, under a name that outlives it.
+//! The pseudo-terminal in place of the serial adapter, under a name that outlives it.
 //!
 //! The name is a symbolic link. Unplugging drops the pseudo-terminal and the link, as udev does; plugging makes both
 //! anew. The emulator keeps a handle on the device's side too, so that a host may close and open it at will.
@@ -90,7 +90,7 @@ impl EmulatedPort {
         let (mut emulator, host) = TTYPort::pair().map_err(|error| refused(&error))?;
         emulator.set_timeout(FULL_BUFFER).map_err(|error| refused(&error))?;
         let device = host.name().ok_or_else(|| refused(&"a pseudo-terminal without a name"))?;
-        // In one step, so that the name never stands for nothing while it is replaced.
+        // In one step, so that the name always exists while it is replaced.
         let mut new = self.link.clone().into_os_string();
         new.push(".new");
         let _ = std::fs::remove_file(&new);

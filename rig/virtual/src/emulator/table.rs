@@ -25,7 +25,7 @@ pub(super) enum Refusal {
 
 /// Value of [`xl430::BUS_WATCHDOG`] once it has tripped.
 pub(super) const WATCHDOG_TRIPPED: u32 = 0xff;
-/// Value of a secondary id that stands for none, and all above.
+/// Value of a secondary id that means none, as do all above.
 const NO_SECONDARY_ID: u32 = 253;
 
 /// The control table of one servo.

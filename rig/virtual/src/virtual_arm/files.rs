@@ -22,7 +22,7 @@ impl VirtualArm {
         Self::from_toml(&file::read_text(path)?, &path.display().to_string())
     }
 
-    /// The arm in the text of a file; `place` stands for the file in messages.
+    /// The arm in the text of a file; `place` names the file in messages.
     ///
     /// # Errors
     /// As [`VirtualArm::read`].

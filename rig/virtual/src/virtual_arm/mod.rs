@@ -1,7 +1,7 @@
 //! The virtual arm: a follower of four joints with a gripper, its servos, what it carries and what pushes it.
 //!
-//! It stands in for the arm of the data set NAD. Its bodies, gears and motors are written for it alone and share neither code nor
-//! parameters with the estimators of `hysteron-arm-estimation`, which are tried on it. The equations stand in `docs/virtual-arm.md`.
+//! It is modelled on the arm of the data set NAD. Its bodies, gears and motors are written for it alone and share neither code nor
+//! parameters with the estimators of `hysteron-arm-estimation`, which are tested on it. The equations are in `docs/virtual-arm.md`.
 //!
 //! ```
 //! use hysteron_base::Metadata;

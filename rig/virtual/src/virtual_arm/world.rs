@@ -28,7 +28,7 @@ const TABLE: [f64; 2] = [4000.0, 20.0];
 /// Of the ends of a joint's range [N m/rad], [N m s/rad].
 const STOP: [f64; 2] = [500.0, 1.0];
 
-/// Something to pick up: a cube that stands on a table.
+/// Something to pick up: a cube on a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Object {
     /// [kg].

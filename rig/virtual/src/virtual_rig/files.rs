@@ -24,7 +24,7 @@ impl VirtualRobot {
         Self::from_toml(&file::read_text(path)?, &path.display().to_string())
     }
 
-    /// The robot in the text of a file; `place` stands for the file in messages.
+    /// The robot in the text of a file; `place` names the file in messages.
     ///
     /// # Errors
     /// As [`VirtualRobot::read`].

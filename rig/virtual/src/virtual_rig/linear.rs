@@ -116,7 +116,7 @@ impl Lu {
         Self { n, a: vec![0.0; n * n], pivots: vec![0; n], row: vec![0.0; n] }
     }
 
-    /// Factorises what stands in `a`; false where it is singular or not finite.
+    /// Factorises `a`; returns false where it is singular or not finite.
     pub(crate) fn factorize(&mut self) -> bool {
         let n = self.n;
         for k in 0..n {

@@ -1,11 +1,11 @@
 //! One section of the rod: constant curvature, torsion and stretch, exactly.
 //!
-//! With rotation θ (bending, bending, torsion over the whole section) and stretch ε, the end stands in the frame of the
+//! With rotation θ (bending, bending, torsion over the whole section) and stretch ε, the end is in the frame of the
 //! beginning at R = exp(θ×) and d = (1 + ε) L V(θ) e₃, V the left Jacobian of the exponential map. No shear.
 
 use super::linear::{IDENTITY, M3, V3, add, cross, scale};
 
-/// Where the end of a section stands in the frame of its beginning, and how that changes with θ and ε.
+/// Pose of the end of a section in the frame of its beginning, and its derivatives by θ and ε.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SectionPose {
     /// Orientation of the end.

@@ -81,7 +81,7 @@ struct RigRobot {
 }
 
 impl World {
-    /// A robot at rest, just switched on: its servos stand somewhere in a turn, without torque.
+    /// A robot at rest, just switched on: its servos are anywhere within a turn, without torque.
     ///
     /// The seed decides these angles and everything that the tracker adds.
     pub fn new(robot: &VirtualRobot, seed: u64) -> Self {

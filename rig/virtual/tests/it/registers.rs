@@ -28,7 +28,7 @@ fn read(stand: &Stand, register: ControlRegister) -> i64 {
 /// Gives a register another value than it has, one that the servo takes; returns it.
 fn changed(stand: &Stand, spec: &RegisterSpec) -> i64 {
     let before = read(stand, spec.register);
-    // All above 252 stand for no secondary id.
+    // All above 252 mean no secondary id.
     let other_id = (spec.register == xl430::SECONDARY_ID).then_some(7);
     let mut candidates = other_id.into_iter().chain([before + 1, before - 1]);
     let taken = candidates.find(|value| touch(stand, spec.register, *value).is_ok());

@@ -1,7 +1,7 @@
 //! Recorded friction of a joint of a Franka arm at three speeds: two are fitted, the third is predicted.
 //!
 //! The torques have another offset in every recording (0.3 N m apart: the sensor's zero, and what the rest of the arm adds), which no
-//! model of this joint's motion can know. Every fitted model is therefore scored twice: as it stands, and with its offset from the first
+//! model of this joint's motion can know. Every fitted model is therefore scored twice: unchanged, and with its offset from the first
 //! seconds of the recording, which are not in the score, as one zeroes a sensor before a run.
 //!
 //! # Reference
@@ -118,7 +118,7 @@ pub fn franka_cell(folder: &Path) -> Result<FrankaCell> {
             .collect::<std::result::Result<Vec<_>, BadInput>>()?;
         let map = DahlMap::fit(&parts)?;
         for part in &parts {
-            // As it stands: the mean of the offsets of the recordings that were fitted.
+            // Unchanged: the mean of the offsets of the recordings that were fitted.
             let own = map.torque(part.position, part.period)?;
             offset += (mean(part.torque) - mean(&own)) / parts.len() as f64;
         }

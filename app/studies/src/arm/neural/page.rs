@@ -404,7 +404,7 @@ mod tests {
         std::fs::read_to_string(folder.path().join("report.html")).unwrap()
     }
 
-    /// Tables, each with the heading that it stands below: rows of cells.
+    /// Tables, each with the heading above it: rows of cells.
     fn tables(page: &str) -> Vec<(String, Vec<Vec<String>>)> {
         let texts = |row: &str, tag: &str| -> Vec<String> {
             let begin = format!("<{tag}");

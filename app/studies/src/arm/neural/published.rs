@@ -1,4 +1,4 @@
-//! Published results of Dou et al. (NeuralActuator): tables II to V, VII and X. Table VI stands with the
+//! Published results of Dou et al. (NeuralActuator): tables II to V, VII and X. Table VI is with the
 //! classical methods.
 
 /// A row of the tables III to V: task, and at each of three horizons the errors of J1 to J4 [deg], of the gripper [mm] and, where forces are

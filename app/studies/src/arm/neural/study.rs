@@ -193,7 +193,7 @@ fn compared(
     let mut comparison = BaselineComparison::new(&actuator, model)?;
     let n_tasks = tasks.len();
     for (k, (task, trajectories)) in tasks.into_iter().enumerate() {
-        // A comparison is long: who ends the study does not wait for it. The networks stand in their files.
+        // A comparison is long: cancelling the study does not wait for it. The networks are in their files.
         if !listener(&TrainingProgress::Step { epoch: found.epochs, done: k, of: n_tasks }) {
             return Ok(None);
         }

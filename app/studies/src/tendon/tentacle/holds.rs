@@ -29,7 +29,7 @@ pub(super) struct Hold {
 }
 
 impl Hold {
-    /// The two sessions differ in where the base stood.
+    /// The two sessions differ in the pose of the base.
     pub fn is_session_b(&self) -> bool {
         (self.base.x - 0.2175).abs() < 0.005
     }

@@ -214,7 +214,7 @@ impl Setup {
     }
 }
 
-/// The body of `meshes/tentacle` with fewer elements: eight sides, bending like the circles it stands for. Linear
+/// The body of `meshes/tentacle` with fewer elements: eight sides, with the bending stiffness of the circles. Linear
 /// tetrahedra are too stiff in bending; a fitted modulus takes that up.
 pub fn coarse_body() -> Result<Mesh> {
     let turn = std::f64::consts::FRAC_PI_4;

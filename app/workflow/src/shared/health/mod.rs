@@ -2,7 +2,7 @@
 //! is as good as at a baseline. `docs/rig.md` has the equations.
 //!
 //! A window is a minute of recordings. Each gives an estimate with a standard error; a random walk joins them, so that the last one
-//! stands for the servo as it is now.
+//! is the present state of the servo.
 
 mod baseline;
 mod page;

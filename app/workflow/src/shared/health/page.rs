@@ -7,7 +7,7 @@ use hysteron_report::series::numbered_panels;
 
 use super::{Health, Quantity, ServoHealth, cells};
 
-/// Adds table and figure to a page whose figures stand in `folder`.
+/// Adds table and figure to a page whose figures are in `folder`.
 ///
 /// # Errors
 /// Figures that cannot be drawn or written.

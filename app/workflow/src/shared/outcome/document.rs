@@ -1,6 +1,6 @@
 //! The keys of outcomes, made from the types: the second half of `docs/outcomes.md`.
 //!
-//! A schema is JSON, and schemars has no types for what stands in it: the functions below take its parts as values.
+//! A schema is JSON, and schemars has no types for its contents: the functions below take its parts as values.
 
 use std::fmt::Write;
 

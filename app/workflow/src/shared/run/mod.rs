@@ -1,6 +1,6 @@
 //! A run: a robot goes through the samples of a recording, from files to files.
 //!
-//! Nothing partial ever stands under the final name. A run that fails or is interrupted leaves what it has as
+//! Partial results never have the final name. A run that fails or is interrupted leaves its rows as
 //! `<out>.partial.<ext>` with the last equilibrium next to it as `<out>.state`, from which `--resume` goes on. What
 //! the robot does in a sample is the one difference between the verbs: it follows strokes, or reaches for a goal.
 

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 ///
 /// Of a scene: the quality of the mesh, every tendon with its length and how far its points lie outside the body, and
 /// the size of the equations. Of recordings: one table of suspicious and impossible data, such as units, frozen or copied
-/// channels, gaps, spikes, delays and too little motion; exit code 2 for impossible data. Recordings that stand
+/// channels, gaps, spikes, delays and too little motion; exit code 2 for impossible data. Recordings
 /// next to a scene are compared with its body too.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]

@@ -2,7 +2,7 @@
 
 use hysteron_control::inverse::{Axes, TipPosition};
 
-/// Limits that stand instead of those of a training [m, m/s].
+/// Limits that replace those of a training [m, m/s].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LimitOverrides {
     /// Smallest and largest stroke.

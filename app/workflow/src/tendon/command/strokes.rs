@@ -142,7 +142,7 @@ fn recording(way: &Way, target: &Target, answer: Answer, context: &Context) -> a
     let strokes = answer.strokes.into_iter().enumerate();
     let mut channels: Vec<Channel> =
         strokes.map(|(k, values)| Channel::new(format!("stroke_{}_m", k + 1), values)).collect();
-    // Before and after the path its goal stands where it begins and ends.
+    // Before and after the path its goal is its first and last point.
     let (approach, last) = (answer.approach, target.path.len() - 1);
     let at = |i: usize| i.saturating_sub(approach).min(last);
     for (c, axis) in target.axes.names().iter().enumerate() {

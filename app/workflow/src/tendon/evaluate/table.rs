@@ -26,7 +26,7 @@ pub struct Row {
     pub tracked: TrackedTip,
 }
 
-/// One metric: its heading, the factor to what is shown, digits, and where it stands.
+/// One metric: its heading, the factor to the unit shown, digits, and its field.
 pub struct Metric {
     /// Heading, with unit.
     pub heading: &'static str,

@@ -15,7 +15,7 @@ const VERSION: i64 = 1;
 struct FitFile {
     format: String,
     version: i64,
-    /// Bounds by key, and the width of what is believed; an empty list stands for the program's.
+    /// Bounds by key, and the width of the prior; an empty list for the defaults.
     fit: BTreeMap<String, Vec<f64>>,
 }
 

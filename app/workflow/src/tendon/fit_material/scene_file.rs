@@ -67,7 +67,7 @@ pub fn write(from: &Path, old: &Scene, new: &Scene, to: &Path, context: &Context
     let place = text.get_mut("mesh").and_then(Item::as_table_like_mut).context("no [mesh]")?;
     replace(place, "file", value(mesh.to_string_lossy().into_owned()));
 
-    // What stands there must be a scene, with these numbers up to the digits written.
+    // The written file must be a scene with these numbers up to the digits written.
     let text = text.to_string();
     let own: Vec<&str> = text.lines().filter(|line| !line.starts_with(MADE_BY)).collect();
     let text = format!("{MADE_BY}{}\n{}\n", context.command.clone(), own.join("\n"));

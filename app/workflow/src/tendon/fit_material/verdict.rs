@@ -36,7 +36,7 @@ const FRICTION: [&str; 5] = ["coefficient", "coulomb", "sheath_exponent", "sheat
 const FRICTION_ASSUMED: &str = "the twin's hysteresis is that of the scene, not of the robot; record slow motions that turn back, under more and less pull";
 
 impl FinishedFit<'_> {
-    /// Whether the fitted scene can stand in for the robot.
+    /// Whether the fitted scene can replace the robot.
     pub fn verdict(&self) -> Verdict {
         let (found, fit) = (self.found, &self.found.fit);
         let error = found.errors[1].distance;

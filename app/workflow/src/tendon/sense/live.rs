@@ -187,7 +187,7 @@ enum Answer {
     Failed(String),
 }
 
-/// Where what is sensed stands in a row.
+/// Columns of the inputs in a row.
 struct Layout {
     strokes: Vec<usize>,
     present: Vec<usize>,

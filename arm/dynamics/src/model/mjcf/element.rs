@@ -45,7 +45,7 @@ impl MjcfElement {
         self.children.iter().filter(move |child| *child.tag == *tag)
     }
 
-    /// The file that it stands in.
+    /// Its file.
     pub fn file(&self) -> &str {
         &self.file
     }

@@ -14,7 +14,7 @@ const DENSITY: f64 = 1000.0;
 /// Volume [m³] or area [m²] below which MuJoCo gives no mass.
 const MIN_SIZE: f64 = 1e-15;
 
-/// The body of a geom that stands in `frame` of its body; `None` where it counts for nothing.
+/// The body of a geom in `frame` of its body; `None` where it has no mass.
 ///
 /// # Errors
 /// `BadInput` for shapes without size, negative masses, and shapes whose mass is not computed.
@@ -60,7 +60,7 @@ pub(super) fn inertia(
     Ok(Some(shape.body(density, &at_frame)))
 }
 
-/// A shape with its sizes, and its pose in the frame that it stands in.
+/// A shape with its sizes, and its pose in its frame.
 fn primitive(at: &Attributes, settings: &Settings, kind: &str) -> Check<(ShapeMoments, Pose<f64>)> {
     let mut sizes = at.numbers("size")?.unwrap_or_default();
     let is_shell = at.is_true("shellinertia")?;
@@ -70,7 +70,7 @@ fn primitive(at: &Attributes, settings: &Settings, kind: &str) -> Check<(ShapeMo
             return Err(at.element.error("fromto of a capsule, cylinder, box or ellipsoid", "a sphere"));
         }
         Some((placed, length)) => {
-            // The half length stands where a size of that direction does.
+            // The half length takes the place of the size in that direction.
             let radius = sizes.first().copied().unwrap_or(0.0);
             sizes = if ["capsule", "cylinder"].contains(&kind) {
                 vec![radius, 0.5 * length]

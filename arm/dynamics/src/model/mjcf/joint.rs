@@ -13,7 +13,7 @@ pub(super) struct Hinge {
     pub kind: JointKind,
     pub pivot: Vec3<f64>,
     pub axis: Vec3<f64>,
-    /// Coordinate of the joint where the body stands as the file places it [rad] or [m].
+    /// Coordinate of the joint in the configuration of the file [rad] or [m].
     pub reference: f64,
     pub drive: JointLimits,
     /// Time constant [s] and damping ratio that spring and damper are made to have.
@@ -22,7 +22,7 @@ pub(super) struct Hinge {
     pub is_actuator_compensated: bool,
 }
 
-/// The joint of an element that stands in `frame` of its body.
+/// The joint of an element in `frame` of its body.
 ///
 /// # Errors
 /// `BadInput` for joints of several degrees of freedom and numbers that no joint has.

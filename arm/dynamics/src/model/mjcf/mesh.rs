@@ -208,7 +208,7 @@ fn moments([xx, xy, yy, xz, yz, zz]: Sym3<f64>) -> Sym3<f64> {
     [yy + zz, -xy, xx + zz, -xz, -yz, xx + yy]
 }
 
-/// Vertices and triangles that stand in the file itself.
+/// Vertices and triangles in the file itself.
 fn from_text(at: &Attributes) -> Check<TriangleMesh> {
     let Some(numbers) = at.numbers("vertex")? else {
         return Err(at.element.error("a mesh with file or vertex", "neither"));
@@ -275,7 +275,7 @@ fn locate(at: &Attributes, file: &str, settings: &Settings, folder: Option<&Path
     let file = file.replace('\\', "/");
     let file = if settings.strips_paths { file.rsplit('/').next().unwrap_or_default() } else { &file };
     let first = folder.join(&settings.mesh_folder).join(file);
-    // A file that is included may name what stands next to it.
+    // A file that is included may name files next to it.
     let own = Path::new(at.element.file()).parent().filter(|own| !own.as_os_str().is_empty());
     let included = own.map(|own| own.join(&settings.mesh_folder).join(file));
     Ok(included.filter(|path| !first.is_file() && path.is_file()).unwrap_or(first))

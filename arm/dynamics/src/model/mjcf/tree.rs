@@ -105,7 +105,7 @@ pub(super) struct Tree {
     /// Links that are bodies of the file, their document, and what they weigh.
     pub masses: Vec<(usize, usize, Mass)>,
     pub responses: Vec<Response>,
-    /// Coordinate of every joint where the robot stands as the file places it, in their order.
+    /// Coordinate of every joint in the configuration of the file, in their order.
     pub references: Vec<(String, f64)>,
 }
 
@@ -228,7 +228,7 @@ impl<'a, 's> Walker<'a, 's> {
         let inertia = Some(Inertia::ZERO);
         let place_of_link = place.to_owned();
         self.tree.links.push(Link { name: link_name, place: place_of_link, inertia, compensation: 0.0 });
-        // At its reference coordinate the body stands where the file places it.
+        // At its reference coordinate the body has the pose of the file.
         let back = -hinge.reference;
         let moved = match hinge.kind {
             JointKind::Revolute => Pose { rotation: about(hinge.axis, back), position: [0.0; 3] },
@@ -265,7 +265,7 @@ impl<'a, 's> Walker<'a, 's> {
         }
     }
 
-    /// Adds what stands in `element`, a body, frame or replica, and in the frames and replicas within it.
+    /// Adds the contents of `element`, a body, frame or replica, and in the frames and replicas within it.
     fn collect(
         &mut self,
         element: &'a MjcfElement,
@@ -334,7 +334,7 @@ impl<'a, 's> Walker<'a, 's> {
         Ok(())
     }
 
-    /// Puts a body of another document, or all that stands in its world, in a frame.
+    /// Puts a body of another document, or its whole world, in a frame.
     fn attach(
         &mut self,
         element: &'a MjcfElement,
@@ -491,7 +491,7 @@ fn find_body<'a>(element: &'a MjcfElement, name: &str) -> Option<&'a MjcfElement
     })
 }
 
-/// `<inertial>` that stands in `frame` of its body.
+/// `<inertial>` in `frame` of its body.
 fn inertial(at: &Attributes, settings: &Settings, frame: &Pose<f64>) -> Check<Inertia<f64>> {
     let mass = at.parse_array::<1>("mass", at.required("mass")?)?[0];
     if mass < 0.0 {

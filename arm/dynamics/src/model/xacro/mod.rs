@@ -398,7 +398,7 @@ fn parameters(text: &str) -> Vec<MacroParameter> {
     found
 }
 
-/// Bytes up to the next space that stands in no quotes and no braces.
+/// Bytes up to the next space outside quotes and braces.
 fn default_length(text: &str) -> usize {
     let (mut quote, mut depth) = (None, 0_usize);
     for (at, c) in text.char_indices() {

@@ -274,7 +274,7 @@ impl Names for AtLevel<'_, '_> {
     }
 }
 
-/// The folder called `package` that holds `folder`, or stands next to one that does.
+/// The folder called `package` that holds `folder`, or is next to one that does.
 fn package_folder(folder: &str, package: &str) -> Option<String> {
     let is_plain = !package.contains(['/', '\\']) && !package.starts_with('.');
     let folder = std::path::Path::new(folder).canonicalize().ok().filter(|_| is_plain)?;

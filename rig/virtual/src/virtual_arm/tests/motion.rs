@@ -7,7 +7,7 @@ const WARM: [f64; 5] = [25.0; 5];
 /// Where the arm is released [rad].
 const HANGING: [f64; 4] = [0.2, 0.5, 0.3, 0.2];
 
-/// Gravity down the arm: an arm that stands swings like one that hangs.
+/// Gravity down the arm: an upright arm swings like a hanging one.
 fn hung(mut arm: VirtualArm) -> VirtualArm {
     arm.chain.gravity = -arm.chain.gravity;
     arm

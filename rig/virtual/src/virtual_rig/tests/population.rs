@@ -203,7 +203,7 @@ fn pulleys_wind_by_their_true_radius_and_zeros_move_once() {
         bench.rest(3.0)
     };
     let [first, second, third] = [&[][..], &["one"], &["one", "two"]].map(tip_after);
-    // Tendons 1 and 2 stand at 0 and 90 degrees: the tip goes towards the one that is pulled, and away from the one
+    // Tendons 1 and 2 are at 0 and 90 degrees: the tip goes towards the one that is pulled, and away from the one
     // that goes slack by as much as that one pulled.
     assert!(second[0] - first[0] > 1e-3 && second[1] - first[1] < -1e-4, "{first:?} {second:?}");
     assert_eq!(second, third);

@@ -189,7 +189,7 @@ fn instruct(packets: &[Vec<u8>]) {
     for packet in packets {
         host.write_all(packet).unwrap();
     }
-    // What stands unfinished is forgotten after a silence; a header ends it at once. Whoever changed its baud is deaf,
+    // An unfinished packet is discarded after a silence; a header ends it at once. Whoever changed its baud is deaf,
     // but hears that there was something.
     let ping = packet(0xfe, &[1]);
     let before = emulator.counts();

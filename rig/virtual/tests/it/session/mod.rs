@@ -60,7 +60,7 @@ impl Stand {
         self.folder.path().join("run.parquet")
     }
 
-    /// Zero where the servos stand.
+    /// Zero at the present positions of the servos.
     pub fn calibration(&self, hardware: &mut LiveRig) -> Result<RigCalibration> {
         let servos = hardware.prepare()?;
         let channels = servos.iter().zip(&self.rig.tendons).map(|(servo, tendon)| ChannelMap {

@@ -16,10 +16,10 @@ use std::rc::Rc;
 use std::sync::{OnceLock, RwLockReadGuard};
 use std::time::{Duration, Instant};
 
-/// Seed of the robot: where its servos stand, and its noise.
+/// Seed of the robot: initial positions of its servos, and its noise.
 const SEED: u64 = 1;
 
-/// Calibration of the simulated rig, and where its servos stood at power-on [ticks].
+/// Calibration of the simulated rig, and positions of its servos at power-on [ticks].
 pub fn simulated() -> &'static (RigCalibration, Vec<i32>) {
     static FOUND: OnceLock<(RigCalibration, Vec<i32>)> = OnceLock::new();
     FOUND.get_or_init(|| {

@@ -139,7 +139,7 @@ fn registers_are_waited_for_while_no_torque_depends_on_it_and_only_then() {
         assert_eq!(hardware.bus().read(1, xl430::OPERATING_MODE).unwrap(), 3);
         hardware.bus().write(1, xl430::LED, 1).unwrap();
         assert_eq!(hardware.bus().read(1, xl430::LED).unwrap(), 1);
-        // The longest wait in a cycle: one question to all, and three more to each that stands behind the late one.
+        // The longest wait in a cycle: one question to all, and three more to each after the late one.
         let before = hardware.counts().timeouts;
         let mut samples = [None; 4];
         hardware.bus().read_servos(&mut samples).unwrap();

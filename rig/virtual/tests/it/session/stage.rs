@@ -55,7 +55,7 @@ impl Stage {
         (Self { hardware, mishap, n_reads: 0, torque, goals, load_max: 0.0, rest }, config)
     }
 
-    /// The calibration of `typical`, for where the servos stand now; also notes where rest is.
+    /// The calibration of `typical`, for the present positions of the servos; also notes the rest position.
     pub fn calibration(&mut self) -> RigCalibration {
         let positions: Vec<i32> = self.prepare().unwrap().iter().map(|servo| servo.position).collect();
         let calibration = simulated().0.unwrapped(&positions);

@@ -147,7 +147,7 @@ fn write_drive(path: &Path, found: &Drive, known: &CatalogueDrive, context: &Con
     Ok(())
 }
 
-/// Whether the drive can stand in for the servo: mean error of the angle over these runs [rad], and how many times that of the
+/// Whether the drive can replace the servo: mean error of the angle over these runs [rad], and how many times that of the
 /// fit it is where they were not fitted.
 fn verdict(
     rows: &[Row],

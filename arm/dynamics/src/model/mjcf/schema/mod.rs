@@ -39,7 +39,7 @@ pub(super) struct MjcfEntry {
     /// Unique; what children name in `within`.
     pub id: &'static str,
     pub tag: &'static str,
-    /// Elements that it may stand in, separated by spaces.
+    /// Its possible parent elements, separated by spaces.
     within: &'static str,
     pub role: Use,
     /// Names of attributes, separated by spaces, by what they are.
