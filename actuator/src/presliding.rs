@@ -4,7 +4,7 @@
 //! Coulomb's law is rigid until it slides. Dahl's gives way from the first micrometre, exponentially; Prandtl's elements give
 //! way one after the other, piecewise linearly. Both store reversals, as contacts of asperities and of strands do.
 
-/// How friction comes to its bound, and back after a reversal.
+/// How friction approaches its bound, also after a reversal.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum FrictionLaw {
     /// At once: nothing slips below the bound.

@@ -108,7 +108,7 @@ impl ServoSpec {
     }
 }
 
-/// A drive at work.
+/// A simulated drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ServoSimulation {
     /// Its drive.

@@ -23,7 +23,7 @@ pub struct TendonSpec {
     pub friction: f64,
     /// Friction of each guide without tension, F > 0: without it a slack tendon would have no definite place [N].
     pub friction_force: f64,
-    /// How it comes to its bound.
+    /// How it approaches its bound.
     pub law: FrictionLaw,
 }
 

@@ -1,4 +1,4 @@
-//! Command plans: what to command a robot with tendons, in tendon space; the shape that the robot makes of it;
+//! Command plans: what to command a robot with tendons, in tendon space; the shape of the robot's response;
 //! the inverse controller that follows a path of the tip; and how close a prediction comes.
 //! Knows files, never the simulator.
 //!

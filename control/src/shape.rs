@@ -1,4 +1,4 @@
-//! The shape that a robot makes of a command: how far it goes, how round it stays, how well it comes back.
+//! The shape of a robot's response to a command: amplitude, roundness, return error.
 //!
 //! A robot's tip is laid over the commanded points of tendon space by one factor, the best in the sense of least
 //! squares. What then differs is the robot: slack and friction draw a circle towards a diamond on the tendon axes

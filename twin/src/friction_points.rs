@@ -27,7 +27,7 @@ pub struct FrictionPoint {
 /// Behaviour of friction points in a sensitivity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrictionPoints {
-    /// Those that stick go on sticking: the derivative, for changes that make none of them slip.
+    /// Those that stick continue to stick: the derivative, for changes that make none of them slip.
     AsTheyAre,
     /// All keep their jump: for changes beyond the band of friction.
     Slipping,

@@ -1,4 +1,4 @@
-//! A system that goes on by one sample when its primary strokes are given: the twin by itself, or with its
+//! A system that advances by one sample under its primary strokes: the twin alone, or with its
 //! residual network; and its rest state.
 
 use nalgebra::Vector3;
@@ -21,7 +21,7 @@ pub struct PlantStep {
     pub report: StepReport,
 }
 
-/// Something that goes on by one sample when its primary strokes are given.
+/// A system that advances by one sample under its primary strokes.
 pub trait Plant {
     /// Goes on by one sample of primary strokes (n_primary) [m].
     ///

@@ -51,7 +51,7 @@ struct TravelData<'a> {
     ranges: Vec<f64>,
 }
 
-/// Finds the gaps between `travel` (n series) and what it moved (m series), all sampled alike.
+/// Finds the gaps between `travel` (n series) and the motion that follows it (m series), all at the same times.
 ///
 /// # Errors
 /// `BadInput` for series of different lengths, too few samples, or a pulley that rests throughout.

@@ -33,7 +33,7 @@ pub struct MethodFit {
     pub parameters: Vec<f64>,
     /// Offset of the torque beyond friction [N m].
     pub offset: f64,
-    /// Root mean square error as the method goes on: by evaluation, generation or pass [N m].
+    /// Root mean square error over the iterations: by evaluation, generation or pass [N m].
     pub progress: Vec<f64>,
 }
 

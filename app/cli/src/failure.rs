@@ -25,7 +25,7 @@ impl std::fmt::Display for CommandFailed {
 
 impl std::error::Error for CommandFailed {}
 
-/// The failed command in an error, also where it came through the door of a verb.
+/// The failed command in an error, also within a `WorkflowError`.
 fn failed_command(error: &anyhow::Error) -> Option<&CommandFailed> {
     error.chain().find_map(|cause| {
         cause

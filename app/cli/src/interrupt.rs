@@ -60,7 +60,7 @@ pub fn start() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The verb hears requests from here on, with [`is_asked`].
+/// From here on requests are passed to the verb by [`is_asked`].
 pub fn listen() {
     Manner::Soon.begin();
 }

@@ -1,4 +1,4 @@
-//! `hysteron completions` and `hysteron man`: what shells and `man` want to know, made from the command line itself.
+//! `hysteron completions` and `hysteron man`: scripts for shells and pages for `man`, made from the command line itself.
 
 use std::path::{Path, PathBuf};
 

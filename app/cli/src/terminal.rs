@@ -46,7 +46,7 @@ pub fn print_outcome(outcome: &Printed) {
 static UNPRINTED: Mutex<Option<io::Error>> = Mutex::new(None);
 
 /// Prints a text that is itself the result. A failure of stdout becomes an error at the end: the files
-/// of a verb are worth more than its lines.
+/// of a verb matter more than its printed lines.
 pub fn print_raw(text: impl std::fmt::Display) {
     keep_first(writeln!(io::stdout(), "{text}").and_then(|()| io::stdout().flush()));
 }

@@ -23,7 +23,7 @@ pub struct FittedController {
     pub regression_mm: Vec<f64>,
     /// Learning curve and validation errors next to those of the baselines.
     pub report: FitReport,
-    /// False where the training was ended before its time and can go on from its file.
+    /// False where the training was stopped early and can resume from its file.
     pub is_finished: bool,
 }
 

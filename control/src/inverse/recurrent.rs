@@ -57,7 +57,7 @@ impl RecurrentOptions {
 /// Trains, see [`RecurrentOptions`].
 ///
 /// # Errors
-/// Options out of range, a tip that does not move, a file to go on from that belongs to another training, training that
+/// Options out of range, a tip that does not move, a file of another training, training that
 /// leaves finite numbers.
 pub fn fit_recurrent(
     data: &Dataset,

@@ -40,7 +40,7 @@ const LARGEST_DELAY_S: f64 = 0.5;
 /// Trains the paper's design; [`PUBLISHED`] are its options.
 ///
 /// # Errors
-/// Options out of range, a file to go on from that belongs to another training, training that leaves finite numbers.
+/// Options out of range, a file of another training, training that leaves finite numbers.
 pub fn fit_windowed(
     data: &Dataset,
     options: &WindowOptions,

@@ -26,7 +26,7 @@ pub fn frechet_closed(a: &[PlanarPoint], b: &[PlanarPoint]) -> f64 {
         return frechet(&a, &b);
     }
     let squares: Vec<f64> = a.iter().flat_map(|p| b.iter().map(|q| squared(*p, *q))).collect();
-    // No point is nearer than its nearest, and the first walk that comes to mind is one.
+    // No point is nearer than its nearest, and any walk is an upper bound.
     let nearest = |row: &[f64]| row.iter().copied().fold(f64::INFINITY, f64::min);
     let by_rows = squares.chunks(m).map(nearest).fold(0.0, f64::max);
     let column = |j: usize| (0..n).map(|i| squares[i * m + j]).fold(f64::INFINITY, f64::min);

@@ -212,7 +212,7 @@ fn windows_of_a_command_are_those_of_the_training() {
 /// A design with its data and options.
 type Fit<'a> = &'a dyn Fn(&mut TrainingSession<'_>) -> hysteron_control::Result<FittedController>;
 
-/// Trains until `epochs` are done, with a file to go on from.
+/// Trains until `epochs` are done, with a file to resume from.
 fn until(epochs: usize, file: &Path, fit: Fit<'_>) -> FittedController {
     let mut progress = |progress: &TrainingProgress| match progress {
         TrainingProgress::Epoch(epoch) => epoch.number < epochs,

@@ -1,10 +1,10 @@
-//! Ranges that are believed: numbers beyond them are no robot's, and come from a slip of the hand or a wrong unit.
+//! Plausible ranges: numbers beyond them are not of a robot, but of a typing error or a wrong unit.
 //!
 //! One table for robot files, and one for keys that end in their unit. Both are wide: what a machine somewhere has lies inside.
 
 use crate::BadInput;
 
-/// A quantity with the largest magnitude that is believed.
+/// A quantity with its largest plausible magnitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlausibleRange {
     what: &'static str,
@@ -30,7 +30,7 @@ pub const DRY_FRICTION: PlausibleRange = PlausibleRange { what: "a friction", un
 pub const RATIO: PlausibleRange = PlausibleRange { what: "a ratio of joints", unit: "", most: 1e4 };
 
 impl PlausibleRange {
-    /// Accepts a number in SI whose magnitude is believed.
+    /// Accepts a number in SI whose magnitude is plausible.
     ///
     /// # Errors
     /// `BadInput` with the range.
@@ -44,7 +44,7 @@ impl PlausibleRange {
             .hint("robot files are in m, kg, s and rad"))
     }
 
-    /// Accepts numbers that are all believed.
+    /// Accepts numbers that are all plausible.
     ///
     /// # Errors
     /// `BadInput` with the range and the first that is not.

@@ -36,7 +36,7 @@ pub struct Fit {
     pub evaluations: usize,
     /// Number of residuals.
     pub n_residuals: usize,
-    /// How many independent ones they are worth: neighbouring samples of a recording err alike.
+    /// Effective number of independent ones: neighbouring samples of a recording have correlated errors.
     pub n_effective: f64,
     /// Why the search ended.
     pub ended: String,

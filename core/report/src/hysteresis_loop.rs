@@ -1,4 +1,4 @@
-//! Stroke against tip: the robot's way out and back, and what the twin makes of the same strokes.
+//! Stroke against tip: the robot's motion out and back, and the twin's for the same strokes.
 
 use plotters::prelude::*;
 

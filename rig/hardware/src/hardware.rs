@@ -1,4 +1,4 @@
-//! The door between the program and a rig: a real one or an emulated one through its ports, or one simulated in this
+//! The interface between the program and a rig: a real one or an emulated one through its ports, or one simulated in this
 //! process on a clock of its own.
 
 use crate::bus::{BusCounts, ServoReport};

@@ -8,7 +8,7 @@ use crate::bus::xl430;
 use crate::config::SafetyLimits;
 use crate::{Pose, ServoSample, SlowSample};
 
-/// How a run ends that cannot go on.
+/// How a run ends that cannot continue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ShutdownAction {
     /// Slowly back to rest, then `at_end` of the rig file.

@@ -48,7 +48,7 @@ fn inverse() -> ([Vec<u8>; 3], Network) {
     let learning = SequenceOptions { hidden: 4, epochs: 1, ..default.learning };
     let case = Case::new("a.safetensors");
     let training = case.path.with_extension("training");
-    // Ended after its first epoch, it leaves the file to go on from.
+    // Ended after its first epoch, it leaves the file to resume from.
     let mut n_calls = 0;
     let mut once = |progress: &hysteron_learn::TrainingProgress| {
         n_calls += usize::from(matches!(progress, hysteron_learn::TrainingProgress::Epoch(_)));

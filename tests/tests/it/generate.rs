@@ -1,4 +1,4 @@
-//! Data by a twin, and a twin that goes on learning.
+//! Data of a twin, and a twin that is adapted.
 
 use hysteron_base::{Recording, json};
 use hysteron_tests::Workplace;

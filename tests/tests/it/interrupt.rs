@@ -56,7 +56,7 @@ fn half_written(folder: &Path) -> Vec<String> {
     found
 }
 
-/// Starts a verb, asks it to stop once it is at work, and gives the time until its end.
+/// Starts a verb, asks it to stop once it runs, and returns the time until its end.
 #[track_caller]
 fn stopped(place: &Path, line: &str, signal: &str) -> Duration {
     let mut command = Command::new(program());

@@ -1,5 +1,5 @@
 //! A recording is interrupted, killed, robbed of its disk, its bus, its tracker: the torque is off, the
-//! measured rows can be read, and the same command goes on.
+//! measured rows can be read, and the same command resumes.
 
 #![cfg(unix)]
 

@@ -1,6 +1,6 @@
 //! The physical parameters of a scene from what its robot did, coarse to fine.
 //!
-//! A few steps of every recording decide where to begin; some more find the minimum, what it is worth, and which way
+//! A few steps of every recording decide where to begin; some more find the minimum, its uncertainty, and which way
 //! gravity points; all that are asked for correct it by one step of Gauss and Newton.
 
 use std::sync::Mutex;
@@ -294,7 +294,7 @@ impl<'a> Levels<'a> {
         Ok(best.0)
     }
 
-    /// The minimum over a part of the steps, and what it is worth.
+    /// The minimum over a part of the steps, and its uncertainty.
     fn search(&self, start: &[f64]) -> Result<Fit> {
         let (parameters, on) = (self.parameters(start), &self.coarse);
         self.watched(on, |options| least_squares(&parameters, options, |values| self.residuals(on, values)))

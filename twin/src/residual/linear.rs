@@ -34,7 +34,7 @@ pub(super) struct Equation<'a> {
     pub error: [f64; 3],
 }
 
-/// Ridge over the sum of the squared gains: neighbouring samples err alike, so that a thousand weigh like
+/// Ridge over the sum of the squared gains: neighbouring samples have correlated errors, so that a thousand weigh like
 /// ten.
 const RIDGE: f64 = 1e-4;
 

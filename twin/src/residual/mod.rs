@@ -60,7 +60,7 @@ pub struct FittedResidual {
     pub model: ResidualModel,
     /// How the training of each network went.
     pub reports: Vec<FitReport>,
-    /// False where a training was ended before its time and can go on from its file.
+    /// False where a training was stopped early and can resume from its file.
     pub is_finished: bool,
 }
 

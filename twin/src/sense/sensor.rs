@@ -167,7 +167,7 @@ impl TendonSensing {
         SensedSample { tensions, tip: self.tip.step(&TipSample::of(observed, self.sensor.stiffness_scale)) }
     }
 
-    /// Compares a sample with the twin, and goes on by it. Also returns the tip without contact [m].
+    /// Compares a sample with the twin, and advances by it. Also returns the tip without contact [m].
     ///
     /// # Errors
     /// The twin has no equilibrium under its strokes.

@@ -18,7 +18,7 @@ pub struct TensionErrors {
     pub walk_sqrt_n: f64,
     /// Largest standard deviation of that error [N].
     pub model_n: f64,
-    /// Standard deviation of a tension from a load [N]; neighbours err alike, so it counts as often as it is
+    /// Standard deviation of a tension from a load [N]; neighbours have correlated errors, so it counts as often as it is
     /// new.
     pub load_n: f64,
 }

@@ -98,7 +98,7 @@ fn faster(velocity: &[f64]) -> Vec<bool> {
 
 impl PulleyFit {
     /// Adds to every variance the square of its estimate's change to that of `other`, found from a part of the data, less what noise
-    /// alone makes of it, the difference of the variances.
+    /// alone causes, the difference of the variances.
     ///
     /// # Reference
     /// Hausman (1978), Specification tests in econometrics.

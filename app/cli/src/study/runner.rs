@@ -23,7 +23,7 @@ pub struct Runner<'a> {
     out: &'a Path,
     program: PathBuf,
     passed_on: &'a [String],
-    /// Held while the study runs, by the stage at work too: it is released when the last of them ends,
+    /// Held while the study runs, by the running stage too: it is released when the last of them ends,
     /// however it ends.
     lock: File,
     /// Guessed and measured time of the stages done in this run [s].

@@ -66,7 +66,7 @@ pub struct Track {
     pub targets: Vec<Target>,
     /// How strokes are found.
     pub methods: Vec<Method>,
-    /// How often each is carried out.
+    /// How often each is run.
     pub repeats: usize,
 }
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub enum Method {
     /// Through the twin of the scene without what is fitted to a robot, and without a network.
     Nominal,
-    /// Through the twin of the scene as it is, without a network.
+    /// Through the twin of the scene itself, without a network.
     Scene,
     /// Through the calibrated twin with its network.
     Twin,

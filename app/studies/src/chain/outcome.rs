@@ -251,7 +251,7 @@ fn tracked_in(
         strokes.channel(flag).map_or(0.0, |values| values.iter().sum::<f64>() / values.len() as f64)
     };
     let tips: Vec<PathBuf> = (1..=repeats).map(|k| folder.join(repeat(k))).collect();
-    // A rig that refused one of them has not carried out the whole.
+    // A rig that refused one of them has not completed all.
     let rows = if tips.iter().all(|tip| tip.exists()) {
         evaluate::rows(&target.path, inputs::read(&tips)?, CurvePart::AtTheSameTimes, TipOrigin::Frame)?
     } else {

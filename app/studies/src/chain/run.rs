@@ -15,7 +15,7 @@ use super::{outcome, page};
 /// and its stages, and brings these to their end. Then writes the report.
 ///
 /// # Errors
-/// `BadInput` naming what is wrong, and whatever comes of `carry_out`.
+/// `BadInput` for an invalid study, and errors of the stages.
 pub fn run(
     options: &Options,
     carry_out: impl FnOnce(&Path, &Study, &[Stage]) -> anyhow::Result<()>,

@@ -64,7 +64,7 @@ impl Step {
 /// Handling of files that an interrupted stage has left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Restart {
-    /// The commands go on from them.
+    /// The commands resume from them.
     GoesOn,
     /// The stage starts from the beginning.
     Afresh,

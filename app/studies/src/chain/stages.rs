@@ -289,7 +289,7 @@ impl Planner<'_> {
         Some(Stage { restart: Restart::GoesOn, ..stage })
     }
 
-    /// Strokes for a target by one method, carried out as often as asked, and measured.
+    /// Strokes for a target by one method, run `repeats` times, and measured.
     fn track(&self, track: &Track, target: &Target, method: Method) -> Stage {
         let folder = folder(target, method);
         let step = step("track").word("--rig").with(self.study.rig.argument.clone());

@@ -16,7 +16,7 @@ const FORMAT: &str = "hysteron-stamp";
 const VERSION: u32 = 1;
 /// So begin the names of files that are being written; one that stays is of a program that was killed.
 const UNFINISHED: &str = ".hysteron-";
-/// So end the names of locks. The study holds its own, so no stage is at work.
+/// Ending of the names of locks. The study holds its own, so no stage is running.
 const LOCK: &str = ".lock";
 
 /// See the module.

@@ -87,7 +87,7 @@ mod tests {
         for done in 0..3 {
             bar.show(&StudyProgress { cell: "found", done: [done, 9], training: None });
         }
-        // One that took longer goes on with the bar.
+        // One that took longer advances the bar.
         bar.since = Instant::now().checked_sub(2 * FOUND_WITHIN).unwrap_or_else(Instant::now);
         bar.show(&StudyProgress { cell: "computed", done: [3, 9], training: None });
         assert_eq!(begins.0.into_inner().unwrap_or_default(), [[0, 9], [1, 9], [2, 9]]);

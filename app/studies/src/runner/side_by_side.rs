@@ -1,6 +1,6 @@
 //! Cells side by side.
 //!
-//! A training of some arms keeps two threads at work, and its comparisons less: on more threads more cells are at work at a time. Each has
+//! A training of some arms uses two threads, and its comparisons less: on more threads more cells run at a time. Each has
 //! a thread of its own outside the pool, so that none waits in the middle for another that its thread took up.
 
 use std::num::NonZeroUsize;
@@ -12,7 +12,7 @@ use hysteron_learn::{Result, TrainingProgress};
 
 use super::cells::{Listener, StudyProgress};
 
-/// Threads that a cell keeps at work.
+/// Threads that a cell uses.
 const THREADS_OF_A_CELL: usize = 2;
 
 /// Computes a cell by its number, and reports its training; None where that was ended.
@@ -61,7 +61,7 @@ impl<R> Queue<'_, R> {
 /// All cells, `at_once` at a time, in the order of their names. None where the listener ended it.
 ///
 /// # Errors
-/// The first that a cell came to; cells at work are ended then, as by the listener.
+/// The first error of a cell; running cells are then ended, as by the listener.
 pub fn side_by_side<R: Send>(
     at_once: NonZeroUsize,
     names: &[&str],

@@ -1,4 +1,4 @@
-//! Commands of the program, run in this process; all that they write is kept in a folder, so that a study goes on where it was
+//! Commands of the program, run in this process; all that they write is kept in a folder, so that a study resumes where it was
 //! stopped.
 
 use std::path::{Path, PathBuf};

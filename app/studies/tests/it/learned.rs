@@ -1,4 +1,4 @@
-//! Studies of learned inverse dynamics: ended, gone on with, shared by machines, refused.
+//! Studies of learned inverse dynamics: stopped, resumed, shared by machines, refused.
 
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_learning::datasets::panda;
@@ -61,7 +61,7 @@ fn a_study_that_was_ended_goes_on_to_the_same_rows() {
         calls += 1;
         calls < 14
     });
-    // Ended before the first epoch there is nothing yet; either way the same call goes on.
+    // Ended before the first epoch there is nothing yet; either way the same call resumes.
     assert!(ended.map_or(0, |rows| rows.len()) < 2);
     let again = simulated_study(&study, &model, &parts, &mut |_| true).unwrap();
     for (a, b) in whole.iter().zip(&again) {

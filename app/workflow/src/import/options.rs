@@ -45,7 +45,7 @@ pub struct Options {
     /// How that arm is read
     #[cfg_attr(feature = "clap", command(flatten))]
     pub robot_options: RobotOptions,
-    /// Compute currents that the file leaves out by the voltage equation of this drive, a name or a file of TOML, which every joint has
+    /// Compute missing currents by the voltage equation of this drive, a name or a file of TOML, which every joint has
     #[cfg_attr(feature = "clap", arg(long, value_name = "DRIVE"))]
     pub drive: Option<String>,
     /// Folder of the page that shows every channel

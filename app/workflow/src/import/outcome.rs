@@ -53,7 +53,7 @@ pub struct Imported {
     pub rows: usize,
     /// Samples that were not measured and are filled in.
     pub gaps: usize,
-    /// Rows of the sources that were left out.
+    /// Rows of the sources that were skipped.
     pub left_out: usize,
     /// One entry per recording.
     pub recordings: Vec<ImportedRecording>,
@@ -75,7 +75,7 @@ pub struct ImportedRecording {
     pub rows: usize,
     /// Samples that were not measured and are filled in.
     pub gaps: usize,
-    /// Rows of the source that were left out.
+    /// Rows of the source that were skipped.
     pub left_out: usize,
     /// Rate [Hz]; none where rows have uneven times.
     pub rate_hz: Option<f64>,
@@ -176,7 +176,7 @@ pub(super) fn verdict(recordings: &[ImportedRecording]) -> String {
     }
 }
 
-/// More gaps than this want care [-].
+/// More gaps than this need care [-].
 const MAX_GAPS: f64 = 0.05;
 
 /// The file of an episode: `name-001.parquet` for the first of several.

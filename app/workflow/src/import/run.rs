@@ -20,7 +20,7 @@ use crate::{COMMIT, Context, WorkflowError};
 /// Channels that the console names.
 const MAX_NAMED: usize = 24;
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; files that cannot be written.
@@ -72,7 +72,7 @@ fn import_or_propose(options: &Options, context: &Context) -> anyhow::Result<Out
     Ok(Outcome::Imported(outcome))
 }
 
-/// The recordings of an arm with what is known of it; those of a tendon robot as they are. And the number of joints.
+/// The recordings of an arm with its known properties, or those of a tendon robot unchanged; and the number of joints.
 fn checked(
     read: Vec<Assembled>,
     known: &ArmProperties,

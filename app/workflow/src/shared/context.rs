@@ -14,7 +14,7 @@ pub trait ProgressSink: Sync {
     /// True once the verb is to stop at the next good moment.
     fn is_cancelled(&self) -> bool;
 
-    /// From here on a request to stop is heard by [`ProgressSink::is_cancelled`]. A verb that then goes on for more than a
+    /// From here on [`ProgressSink::is_cancelled`] returns requests to stop. A verb that then runs for more than a
     /// second may be ended where it is: all that it must not lose is in files by then.
     fn listen(&self) {}
 

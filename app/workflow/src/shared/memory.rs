@@ -1,7 +1,7 @@
 //! Memory that a verb needs for a recording, asked for before it works: an allocation that the system refuses ends a program
 //! where it stands, without a message that helps.
 //!
-//! A reader asks for what it reads. What a verb makes of it is asked for here, by the sizes that are known then.
+//! A reader reserves memory for its input. The memory of results is reserved here, by the sizes known then.
 
 use std::path::Path;
 

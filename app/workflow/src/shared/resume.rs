@@ -4,10 +4,10 @@ use crate::Context;
 use crate::shared::error::Cancelled;
 use std::path::{Path, PathBuf};
 
-/// A checkpoint, and the files from which its training goes on.
+/// A checkpoint, and the files from which its training resumes.
 pub struct Unfinished {
     out: PathBuf,
-    /// One for each network; none where nothing can be gone on from.
+    /// One for each network; none where nothing can be resumed.
     pub files: Vec<PathBuf>,
 }
 

@@ -21,7 +21,7 @@ use crate::Context;
 /// Signal of the run that it has dealt with the torque itself, and of the watchdog process that it has read
 /// the file.
 const ALL_IS_WELL: u8 = b'.';
-/// How long to go on trying to switch the torque off.
+/// How long to retry switching the torque off.
 const PATIENCE_S: f64 = 10.0;
 
 /// The bus and the ids of the servos that a file of a rig, or of two arms, drives.
@@ -44,7 +44,7 @@ fn servos_of(path: &Path) -> anyhow::Result<(ServoConfig, Vec<u8>)> {
 /// `BadInput` naming what is wrong in the file; a failure where the torque could not be switched off.
 pub fn watch(file: &Path) -> anyhow::Result<()> {
     let (servos, ids) = servos_of(file)?;
-    // A parent that has died meanwhile hears nothing: its torque is off in a moment.
+    // A parent that has died meanwhile gets no answer: the torque is switched off next.
     let _ = std::io::stdout().write_all(&[ALL_IS_WELL]).and_then(|()| std::io::stdout().flush());
     let mut word = [0];
     if std::io::stdin().read_exact(&mut word).is_ok() && word[0] == ALL_IS_WELL {

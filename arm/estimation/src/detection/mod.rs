@@ -1,6 +1,6 @@
 //! Contacts in estimated external torques: when the arm was touched, and which joint felt it last.
 //!
-//! A [`Test`] turns external torques into one number a sample, which exceeds 1 where a contact is believed; what counts as
+//! A [`Test`] turns external torques into one number a sample, which exceeds 1 where a contact is detected; what counts as
 //! contact-free is learned from motion without any ([`FreeMotion`]). [`Alarm`] adds hysteresis. [`assess`] and [`roc`] measure how good
 //! that is where contacts are known.
 

@@ -2,7 +2,7 @@
 
 use super::FreeMotion;
 
-/// A number for each sample that exceeds 1 where a contact is believed.
+/// A number for each sample that exceeds 1 where a contact is detected.
 pub trait Test {
     /// Takes external torques (n) [N m]; the larger the result, the surer the contact. Allocates nothing.
     fn update(&mut self, external: &[f64]) -> f64;

@@ -2,7 +2,7 @@
 //!
 //! The sum of squares is convex in the parameters, and so is the divergence of every body from its nominal one, which is
 //! infinite where a body cannot exist: one problem for consistency, for what the data does not determine, and for what is
-//! believed. Newton's method solves it. No semidefinite solver is needed.
+//! the prior. Newton's method solves it. No semidefinite solver is needed.
 
 use hysteron_base::BadInput;
 use hysteron_fit::ResidualVariance;
@@ -41,7 +41,7 @@ pub struct TermEstimate {
     pub name: String,
     /// Value [SI].
     pub value: f64,
-    /// Standard error, what is believed of the bodies included [SI].
+    /// Standard error, with the prior of the bodies [SI].
     pub standard_error: f64,
     /// Whether the data determines it.
     pub determined: Determined,
@@ -91,8 +91,8 @@ const SMALLEST_VARIANCE: f64 = 1e-12;
 /// Times that the weights of the joints are taken from what is left.
 const ROUNDS: usize = 3;
 
-/// Identifies the bodies of `model`, which is also what is believed, from `motion`. A body of the model that cannot exist, or has no
-/// width, is believed as the nearest one that can.
+/// Identifies the bodies of `model`, which is also the prior, from `motion`. A body of the model that cannot exist, or has no
+/// width, is replaced in the prior by the nearest one that can.
 ///
 /// # Errors
 /// `BadInput` for a motion of another number of joints, fewer samples than parameters, a prior that is not above 0, a body
@@ -135,7 +135,7 @@ pub fn identify_bodies(
     let sum = weighed(&normals, &variances);
     parameters = believed.minimum(&sum, parameters);
     let rms = normals.iter().map(|normal| (normal.error(&parameters) / rows).max(0.0).sqrt()).collect();
-    // Neighbours err alike: what they are worth together makes the standard errors, not the weights.
+    // Neighbouring residuals are correlated: their effective number decides the standard errors, not the weights.
     let curvature =
         believed.hessian(&weighed(&normals, &spreads(&columns, motion, &parameters)), &parameters);
     let covariance =
@@ -201,7 +201,7 @@ pub(super) fn weighed(normals: &[JointNormal], variances: &[f64]) -> JointNormal
     sum
 }
 
-/// Variance of what is left of each joint, larger by how much neighbours err alike.
+/// Residual variance of each joint, increased for the correlation of neighbouring errors.
 fn spreads(columns: &RegressionColumns, motion: &JointMotion, parameters: &DVector<f64>) -> Vec<f64> {
     let n = motion.n_joints;
     let torques = columns.torques(motion, parameters);

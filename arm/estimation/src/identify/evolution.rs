@@ -38,7 +38,7 @@ const MAX_MOMENT: f64 = 3.0;
 /// Distance of a centre from the joint's frame, in lengths of the nominal one and of the body's radius of gyration.
 const FARTHEST: f64 = 2.0;
 
-/// Finds bodies of `model`, which is also what is believed, and joint terms from `motion`, by the global search that is
+/// Finds bodies of `model`, which is also the prior, and joint terms from `motion`, by the global search that is
 /// given; the sum of squares has these weights of the joints [-].
 ///
 /// # Errors

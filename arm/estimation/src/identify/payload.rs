@@ -65,7 +65,7 @@ pub fn identify_payload(bare: &BodyFit, frame: &str, motion: &JointMotion) -> Re
         variances = (0..n).map(|j| variance(&left, n, j)).collect();
     }
     let rest = left(&columns, &without, &found);
-    // Neighbours err alike: what they are worth together makes the standard errors.
+    // Neighbouring residuals are correlated: their effective number decides the standard errors.
     let spreads: Vec<f64> = (0..n)
         .map(|j| {
             let series = rest.iter().skip(j).step_by(n).copied().collect();
@@ -118,7 +118,7 @@ fn variance(errors: &[f64], n: usize, joint: usize) -> f64 {
     (squares.sum::<f64>() * n as f64 / errors.len() as f64).max(SMALLEST_VARIANCE)
 }
 
-/// The body of least weighed squares and divergence from what is believed, by Newton's method with halved steps, and the
+/// The body of least weighed squares and divergence from the prior, by Newton's method with halved steps, and the
 /// curvature there.
 fn minimum(
     columns: &DMatrix<f64>,

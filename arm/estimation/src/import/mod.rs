@@ -62,7 +62,7 @@ pub struct ArmImport {
     pub recording: Recording,
     /// The map: a name or a file.
     pub columns: String,
-    /// Rows of the file that were left out.
+    /// Rows of the file that were skipped.
     pub n_left_out: usize,
     /// Why, of the first one.
     pub first_left_out: Option<BadInput>,

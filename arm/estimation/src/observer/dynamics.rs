@@ -126,7 +126,7 @@ impl<D: Dynamics> TrackedMomentum<D> {
         self.friction.reset();
     }
 
-    /// Takes a sample; the first asks for nothing. `contact` is the external torque believed so far, for friction that depends
+    /// Takes a sample; the first asks for nothing. `contact` is the present estimate of the external torque, for friction that depends
     /// on load.
     ///
     /// Torques of position and speed count as the mean of both ends (trapezoidal rule).

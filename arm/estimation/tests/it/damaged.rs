@@ -21,7 +21,7 @@ fn npy() -> Vec<u8> {
     b"\x93NUMPY\x01\x00".iter().copied().chain(length).chain(header.bytes()).chain(numbers).collect()
 }
 
-/// Imports `bytes` as `path`, and checks what comes of it.
+/// Imports `bytes` as `path`, and checks the result.
 fn imported(path: &Path, bytes: &[u8], columns: Option<&ColumnMap>, bad_rows: BadRows) {
     std::fs::write(path, bytes).unwrap();
     let options = ImportOptions { columns: columns.cloned(), bad_rows, ..Default::default() };

@@ -13,7 +13,7 @@ use crate::lagrangian::{ArmSamples, TorqueScores};
 pub const MAX_POINTS: usize = 2000;
 /// Variances of the noise that are tried, in those of the torques.
 const NOISES: [f64; 6] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0];
-/// Samples of the trajectories left out that a choice is evaluated on.
+/// Samples of the validation trajectories that a choice is evaluated on.
 const MAX_EVALUATED: usize = 4000;
 /// Samples whose kernels are in memory at a time.
 const ROWS: usize = 256;
@@ -120,7 +120,7 @@ fn spread(samples: &ArmSamples, trajectories: &[usize], most: usize) -> Vec<usiz
 }
 
 /// A Gaussian process of what `offset` (torques that another model predicts, [sample][joint]) leaves, conditioned on at most `most` samples,
-/// evenly spread over the training data; length and noise are chosen on trajectories left out.
+/// evenly spread over the training data; length and noise are chosen on validation trajectories.
 ///
 /// # Errors
 /// `BadInput` for fewer than two trajectories, or no length.

@@ -16,7 +16,7 @@ const PENALTIES: [f64; 9] = [1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0
 pub struct Choice {
     /// λ of the ridge.
     pub penalty: f64,
-    /// Mean nMSE of a joint over the trajectories left out [-].
+    /// Mean nMSE of a joint over the validation trajectories [-].
     pub validation: f64,
 }
 
@@ -30,7 +30,7 @@ fn total(parts: &[NormalEquations], which: impl IntoIterator<Item = usize>) -> N
 /// Asked between parts of a choice; false ends it, without one.
 pub type GoesOn<'a> = &'a mut dyn FnMut() -> bool;
 
-/// The penalty whose weights err least on trajectories that were left out. `errors(weights, test)` gives the normalised
+/// The penalty whose weights err least on validation trajectories. `errors(weights, test)` gives the normalised
 /// error on the trajectories of those numbers.
 ///
 /// # Errors
@@ -92,7 +92,7 @@ pub struct FourierFit {
 }
 
 /// Ridge regression on Fourier features of what `offset` (torques that another model predicts, [sample][joint]) leaves;
-/// length and penalty are chosen on trajectories left out.
+/// length and penalty are chosen on validation trajectories.
 ///
 /// # Errors
 /// As [`choose_penalty`].

@@ -125,11 +125,11 @@ pub struct TrainedLagrangian {
     pub validation: f64,
     /// Epochs of Adam and steps of what follows it until the best parameters.
     pub steps: [usize; 2],
-    /// False where it was ended before its time and can go on from its file.
+    /// False where it was stopped early and can resume from its file.
     pub is_finished: bool,
 }
 
-/// Trains a model; parameters are chosen on validation data. A session's file is gone on from.
+/// Trains a model; parameters are chosen on validation data. Training resumes from a session's file.
 ///
 /// # Errors
 /// `BadInput` for a shape or setting out of its range, constant joints, or a file of another training; [`hysteron_learn::Error::NotFinite`].

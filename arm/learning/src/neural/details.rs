@@ -47,7 +47,7 @@ pub struct ActuatorDetails {
     /// Of every epoch in the loop, the error in training and in validation.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub curve: Vec<[f64; 2]>,
-    /// Criterion by which recordings were left out.
+    /// Criterion by which recordings were excluded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub left_out: Option<Vec<String>>,
     /// Recordings that it was adapted to.

@@ -126,7 +126,7 @@ impl FeatureLayout {
         }
     }
 
-    /// Spreads below these are not believed: 0.05 rad, 10 mA, 0.1 rad/s, 0.1 V, 1 K, 1 mm.
+    /// Spreads below these are not plausible: 0.05 rad, 10 mA, 0.1 rad/s, 0.1 V, 1 K, 1 mm.
     pub(super) fn floors(&self) -> Vec<f64> {
         let (m, n) = (self.motors(), self.joints);
         let jaws = usize::from(self.gripper.is_some());

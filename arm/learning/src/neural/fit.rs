@@ -131,7 +131,7 @@ pub enum TrainingStage {
 pub struct ActuatorSession<'a> {
     /// Names of the training's recordings, which identify it.
     pub recordings: &'a [String],
-    /// Files to go on from, of both networks.
+    /// Files to resume from, of both networks.
     pub files: [&'a Path; 2],
     /// Gets the progress; ends the training where it returns false.
     pub progress: &'a mut dyn FnMut(TrainingStage, &TrainingProgress) -> bool,
@@ -152,7 +152,7 @@ pub struct ActuatorFit {
     pub curve: Vec<[f64; 2]>,
     /// Steps that were simulated.
     pub steps: u64,
-    /// False where it was ended before its time and can go on from its files.
+    /// False where it was stopped early and can resume from its files.
     pub is_finished: bool,
 }
 

@@ -5,8 +5,8 @@
 //! ```text
 //! e = φ(q, q̇, τ_m) · θ + noise,   φ = (−s, −|τ_m| s, −q̇, 1, q, (q − k₁)⁺, (q − k₂)⁺),   s = tanh(q̇/w)
 //! ```
-//! through the observer's low pass on both sides. Two Kalman filters follow the constant θ along a trajectory: one that believes what the
-//! healthy trajectories of this arm scatter by, one that believes as much again as a fault may add. The logarithm of the ratio of their
+//! through the observer's low pass on both sides. Two Kalman filters follow the constant θ along a trajectory: one with the scatter of the
+//! healthy trajectories of this arm as its prior, one with the scatter of a fault in addition. The logarithm of the ratio of their
 //! likelihoods is the evidence for a healthy joint. No recording of a fault is needed for it.
 
 use hysteron_base::BadInput;

@@ -30,7 +30,7 @@ const ALIKE_AT_REST: f64 = 60.0;
 const SLOW: [f64; 2] = [1.0, 0.5];
 /// Speed over which friction turns its sign [rad/s].
 const WIDTH: f64 = 0.05;
-/// Spreads below these are not believed: 0.1 N, 0.02 N m, a twentieth, one.
+/// Spreads below these are not plausible: 0.1 N, 0.02 N m, a twentieth, one.
 const FLOORS: [f64; 4] = [0.1, 0.02, 0.05, 1.0];
 /// A standard deviation that leaves a joint out [N m].
 const UNKNOWN: f64 = 1e3;

@@ -396,7 +396,7 @@ fn coarse(channel: &MeasuredChannel) -> Option<Warning> {
     )
 }
 
-/// Strokes that a limit held back.
+/// Strokes clipped by a limit.
 fn limited(series: &MeasuredSeries) -> Option<Warning> {
     let flags = series.recording.channel("limited")?;
     let part = flags.iter().filter(|flag| **flag > 0.0).count() as f64 / flags.len() as f64;

@@ -4,7 +4,7 @@
 //! of it. Changes rather than positions: hysteresis moves the tip's place, but where a tendon moves the tip moves at once.
 //!
 //! Backlash and slack break that rule after each turn, and at constant speed they delay the tip for as long after every one. The two differ
-//! in what the tip does meanwhile: with a delay it goes on as before the turn, with backlash it rests. A delay is believed where the first
+//! in what the tip does meanwhile: with a delay it goes on as before the turn, with backlash it rests. A delay is reported where the first
 //! explains the motion after turns better than the second.
 
 use super::series::{MeasuredChannel, MeasuredSeries};
@@ -21,7 +21,7 @@ const MAX_DELAYS: usize = 120;
 const MAX_STROKES: usize = 16;
 /// Fewest rows for an unknown.
 const ROWS_PER_STROKE: usize = 20;
-/// Largest delay that is believed to be servos and tracker [s]: 20 to 60 ms and 10 to 40 ms.
+/// Largest plausible delay of servos and tracker [s]: 20 to 60 ms and 10 to 40 ms.
 const LARGEST_S: f64 = 0.1;
 /// Part of the change that must be explained [-], and by how much more than at no delay: a hundredth of the error itself twice over, as in
 /// the fit of the inverse controller's delay.

@@ -4,14 +4,14 @@ use super::series::{MeasuredChannel, MeasuredSeries};
 use super::statistics::{extremes, range};
 use super::{CheckContext, Finding, Warning};
 
-/// Largest range of a tip that is believed [m]: the longest tendon-driven arms that are used reach 3 m. A robot of 3 mm in metres
+/// Largest plausible range of a tip [m]: the longest tendon-driven arms that are used reach 3 m. A robot of 3 mm in metres
 /// makes it in millimetres.
 const LARGEST_TIP: f64 = 3.0;
 /// No robot's tip ranges over this [m].
 const IMPOSSIBLE_TIP: f64 = 30.0;
-/// Largest stroke that is believed [m]: a half-turn of a body bends its tendons, 0.16 m at most from its axis, by π times that.
+/// Largest plausible stroke [m]: a half-turn of a body bends its tendons, 0.16 m at most from its axis, by π times that.
 const LARGEST_STROKE: f64 = 0.5;
-/// Range of the tip over that of the strokes that is believed [-]. A body of length L bends its tip by L/2d for a unit of stroke, d from the
+/// Plausible range of the tip over that of the strokes [-]. A body of length L bends its tip by L/2d for a unit of stroke, d from the
 /// axis: 3 to 100 in what is built; wide enough for a tip that hardly moves and far from a factor of 1000.
 const TIP_OVER_STROKE: [f64; 2] = [0.03, 300.0];
 /// Strokes below this range move no tip [m].

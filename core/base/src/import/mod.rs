@@ -60,7 +60,7 @@ pub struct Assembled {
     pub columns: String,
     /// The value of the episode's column; none of a file that is not split.
     pub episode: Option<String>,
-    /// Rows of the file that were left out.
+    /// Rows of the file that were skipped.
     pub n_left_out: usize,
     /// Why, of the first one.
     pub first_left_out: Option<BadInput>,

@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 type Check<T> = Result<T, BadInput>;
 
-/// Largest distance between a tracker and a robot that is believed [mm].
+/// Largest plausible distance between a tracker and a robot [mm].
 const MAX_TRANSLATION_MM: f64 = 1e5;
 /// A quaternion that is given may be rounded by this much [-].
 const UNIT_LENGTH: f64 = 1e-3;

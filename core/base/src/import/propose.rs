@@ -15,7 +15,7 @@ const LARGEST_TURN: f64 = 2.2 * std::f64::consts::PI;
 const LARGEST_CURRENT: f64 = 60.0;
 
 /// Role that a column may have: the target without its unit, names of it (lower case, without number), the
-/// units it may have with the largest size believed in each.
+/// units it may have with the largest plausible size in each.
 struct ColumnRole {
     target: &'static str,
     names: &'static [&'static str],

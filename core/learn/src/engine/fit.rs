@@ -1,5 +1,5 @@
 //! Training epoch by epoch, the same for every family of models and every kind of data: a schedule, the best weights on
-//! validation data, early stopping, and a file to go on from.
+//! validation data, early stopping, and a file to resume from.
 
 use std::path::Path;
 
@@ -42,7 +42,7 @@ pub enum TrainingProgress {
 
 /// Files of a training between runs, and the receiver of its reports.
 pub struct TrainingSession<'a> {
-    /// File to go on from, written after every epoch; none for no file.
+    /// File to resume from, written after every epoch; none for no file.
     pub file: Option<&'a Path>,
     /// Gets the progress; ends the training where it returns false. A part of an epoch is then lost.
     pub progress: &'a mut dyn FnMut(&TrainingProgress) -> bool,
@@ -89,7 +89,7 @@ pub struct FitResult<M> {
     pub validation: f64,
     /// Of every epoch, the error in training and in validation.
     pub curve: Vec<[f64; 2]>,
-    /// False where it was ended before its time and can go on from its file.
+    /// False where it was stopped early and can resume from its file.
     pub is_finished: bool,
 }
 

@@ -50,7 +50,7 @@ struct CurvaturePair {
 
 impl Lbfgs {
     /// Minimises a function from `x` on, in place. `function(x, gradient)` returns the value and fills the gradient;
-    /// `after(iteration, value, x)` hears of every step and ends the search where it returns false.
+    /// `after(iteration, value, x)` is called at every step and ends the search where it returns false.
     pub fn minimise(
         &self,
         function: &mut dyn FnMut(&[f64], &mut [f64]) -> f64,

@@ -48,7 +48,7 @@ impl LevenbergMarquardt {
     /// Parameters up to which it is for: two square matrices of that size are held, a gigabyte.
     pub const MAX_PARAMETERS: usize = 8000;
 
-    /// Minimises the mean over `samples` from `x` on, in place. `after(step, value, x)` hears of every step and ends the search
+    /// Minimises the mean over `samples` from `x` on, in place. `after(step, value, x)` is called at every step and ends the search
     /// where it returns false.
     pub fn minimise(
         &self,

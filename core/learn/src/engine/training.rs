@@ -1,5 +1,5 @@
 //! A model in training: its optimiser, the exponential moving average of its weights, the best of them on validation data,
-//! and a file to go on from. The same for every family.
+//! and a file to resume from. The same for every family.
 
 use std::path::Path;
 

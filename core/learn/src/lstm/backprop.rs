@@ -64,7 +64,7 @@ impl Backprop {
     }
 
     /// The outputs for a batch, without dropout: [step][row][channel], or [row][channel] for
-    /// [`crate::HeadOutputs::Last`]. `memory` goes on.
+    /// [`crate::HeadOutputs::Last`]. `memory` is carried over.
     ///
     /// # Errors
     /// `BadInput` if batch or memory do not fit the network or an input is not finite.
@@ -106,7 +106,7 @@ impl Backprop {
     ///
     /// `loss(outputs, d_outputs)` returns the loss and fills the gradient, which enters as zeros, by the outputs,
     /// both laid out as [`Backprop::predict`] returns them. Back-propagation ends at the first step of the batch: the
-    /// memory before it is a constant. `memory` goes on, also where the update fails.
+    /// memory before it is a constant. `memory` is carried over, also where the update fails.
     ///
     /// # Errors
     /// As [`Backprop::predict`] and [`Training::update`].

@@ -95,7 +95,7 @@ impl Graph {
         &self.device
     }
 
-    /// Runs the batch; `memory` goes on. `masks` are what sequences are multiplied by on the way into the second
+    /// Runs the batch; `memory` is carried over. `masks` are what sequences are multiplied by on the way into the second
     /// layer and so on; none without dropout.
     pub fn forward(
         &self,
@@ -205,7 +205,7 @@ fn head(architecture: &Architecture, h: &Tensor, parameters: &Tensor) -> candle_
     }
 }
 
-/// A layer by candle's own cell; `state` goes on.
+/// A layer by candle's own cell; `state` is carried over.
 fn unrolled(
     shape: SequenceShape,
     x: &Tensor,
@@ -235,7 +235,7 @@ fn unrolled(
     Tensor::cat(&sequence, 0)
 }
 
-/// A layer in one operation; `state` goes on.
+/// A layer in one operation; `state` is carried over.
 fn fused(
     operation: FusedLayer,
     x: &Tensor,

@@ -58,7 +58,7 @@ fn gate(gates: &Tensor, which: usize) -> Result<Tensor> {
     gates.narrow(along, which, 1)?.squeeze(along)
 }
 
-/// Hidden states (steps · rows × hidden) from `inputs` (steps · rows × inputs); `state`, hidden states and cells, goes on.
+/// Hidden states (steps · rows × hidden) from `inputs` (steps · rows × inputs); `state`, hidden states and cells, is carried over.
 ///
 /// # Errors
 /// The device refuses.

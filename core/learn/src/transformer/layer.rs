@@ -1,7 +1,7 @@
 //! One layer over some steps of some sequences, forward and backward.
 //!
 //! Rows are time-major: token `s` of sequence `r` is row `s rows + r`. A pass handles a range of steps and leaves what came
-//! before and after it alone, so that the streaming form goes on token by token with keys and values that are there.
+//! before and after it alone, so that the streaming form advances token by token with stored keys and values.
 
 use std::ops::Range;
 

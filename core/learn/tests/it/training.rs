@@ -1,4 +1,4 @@
-//! Training learns what needs memory, goes on from a file, and refuses what cannot be.
+//! Training learns tasks that need memory, resumes from a file, and refuses invalid input.
 
 use hysteron_base::json;
 use hysteron_learn::{
@@ -35,7 +35,7 @@ fn remembers_what_was_shown_only_at_first() {
     assert!(value < 0.01, "{value}");
 }
 
-/// Losses of some steps of training from here on; the memory goes on through them.
+/// Losses of some steps of training from here on; the memory is carried over through them.
 fn losses(trainer: &mut Trainer, memory: &mut Memory, range: std::ops::Range<usize>) -> Vec<f64> {
     let step = |k| {
         let (inputs, targets) =

@@ -24,7 +24,7 @@ pub enum RegisterBaseline {
         /// One per servo.
         servos: Vec<StoredRegisters>,
     },
-    /// The values in the servos are accepted as they are, because the servos are being calibrated with them.
+    /// The present values in the servos are accepted, because the servos are being calibrated with them.
     AsFound,
 }
 

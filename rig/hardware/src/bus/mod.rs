@@ -57,7 +57,7 @@ enum ReplyPatience {
     /// As often as in the rig file: a cycle is running, or others are under torque.
     Retries,
     /// So often, and until [`REGISTER_PATIENCE`] is over, each time for twice as long: a computer with other work to do
-    /// hears an answer late, and nothing moves meanwhile.
+    /// gets an answer late, and nothing moves meanwhile.
     Register,
 }
 
@@ -77,7 +77,7 @@ pub struct ServoBus {
     scratch: Vec<u8>,
     /// Registers that the last self-check read of every servo; empty before.
     examined: Vec<Examined>,
-    /// Whether that is what it should be: without it no torque goes on.
+    /// Whether the registers are accepted: without it no torque is switched on.
     is_accepted: bool,
     /// Duration of the last cycle's transfers [s].
     pub last_bus_time: f64,
@@ -212,7 +212,7 @@ impl ServoBus {
         })
     }
 
-    /// Ends the bus watchdog of all servos, with their torque as it is.
+    /// Ends the bus watchdog of all servos, without changing their torque.
     ///
     /// # Errors
     /// `Bus` naming the servos that did not confirm.
@@ -280,7 +280,7 @@ impl ServoBus {
         read.map_err(|failure| at(id, register, &failure))
     }
 
-    /// One sync read; a servo whose answer is missing or damaged is asked again by itself.
+    /// One sync read; a servo whose answer is missing or damaged is asked again separately.
     fn sync_read<T>(
         &mut self,
         address: u16,
@@ -412,7 +412,7 @@ impl ServoBus {
     }
 }
 
-/// Opens a port as soon as no other process has it: the watchdog process of a run that died may still be at work.
+/// Opens a port as soon as no other process has it: the watchdog process of a run that died may still be running.
 fn open_patiently(port: &Path, config: &ServoConfig) -> std::io::Result<Wire> {
     let start = Instant::now();
     loop {

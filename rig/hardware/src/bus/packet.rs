@@ -10,7 +10,7 @@
 const HEADER: [u8; 4] = [0xff, 0xff, 0xfd, 0x00];
 /// Bytes before those that the length counts: header, id, length.
 const PREFIX: usize = 7;
-/// Largest length that is believed; the longest answer is a read of the whole control table.
+/// Largest plausible length; the longest answer is a read of the whole control table.
 const MAX_LENGTH: usize = 2048;
 /// Id that addresses all servos.
 pub const BROADCAST: u8 = 0xfe;

@@ -10,7 +10,7 @@ use hysteron_base::BadInput;
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 
-/// Role of a register in the checks before torque goes on.
+/// Role of a register in the checks before the torque is switched on.
 #[derive(Debug, Clone, Copy)]
 pub enum RegisterRole {
     /// Says which servo it is and how it is reached: the search on the bus depends on it.
@@ -50,7 +50,7 @@ pub struct RegisterSpec {
     pub register: ControlRegister,
     /// As the manual calls it.
     pub name: &'static str,
-    /// Role in the checks before torque goes on.
+    /// Role in the checks before the torque is switched on.
     pub role: RegisterRole,
     /// Effect of another value.
     pub effect: &'static str,

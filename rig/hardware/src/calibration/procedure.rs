@@ -21,7 +21,7 @@ const SEARCH_SPEED: f64 = 0.5;
 const SMOOTH: usize = 10;
 /// How far a tendon is let out again below the end of its slack [m].
 const BACK_OFF: f64 = 1e-3;
-/// How far it moves before its load is believed [m].
+/// How far it moves before its load is used [m].
 const RUN_UP: f64 = 0.2e-3;
 /// How long the tip is left alone, and then how long it is measured [s].
 const REST: f64 = 1.0;

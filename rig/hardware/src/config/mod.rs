@@ -87,7 +87,7 @@ pub struct ServoConfig {
     pub mode: ServoMode,
     /// Gains of the position loop, as the registers take them: P, I, D.
     pub gains: [u16; 3],
-    /// Silence on the bus after which a servo stops by itself [s]; 0: never.
+    /// Silence on the bus after which a servo's watchdog stops it [s]; 0: never.
     pub bus_watchdog: f64,
     /// How long to wait for an answer beyond its time on the wire [s].
     pub reply_timeout: f64,

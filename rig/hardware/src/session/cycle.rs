@@ -4,7 +4,7 @@ use super::{FrozenPose, LOST_AFTER, LOST_MOTION, RigSession, SLOW_EVERY, Stop, T
 use crate::{Error, EventKind, Quality, ShutdownAction, Violation};
 
 impl RigSession<'_> {
-    /// Carries out one cycle that commands these strokes (n) [m], less where a tendon is held back.
+    /// Runs one cycle that commands these strokes (n) [m], less where a tendon is limited.
     ///
     /// # Errors
     /// The reason of the stop. If that forbids further motion, the torque is off when this returns.

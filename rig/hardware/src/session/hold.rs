@@ -21,7 +21,7 @@ pub(super) struct LoadGuard {
     hold: Option<LimitedTendon>,
 }
 
-/// A tendon that is held back.
+/// A tendon whose stroke is limited.
 #[derive(Debug, Clone)]
 struct LimitedTendon {
     /// Largest stroke for now [m].
@@ -41,10 +41,10 @@ impl LoadGuard {
 }
 
 impl RigSession<'_> {
-    /// Turns the strokes asked for (n) [m] into those to carry out, `target`.
+    /// Limits the commanded strokes (n) [m] to `target`.
     ///
     /// # Errors
-    /// A tendon that is held back too far.
+    /// A tendon that is limited too far.
     pub(super) fn hold_back(&mut self, strokes: &[f64]) -> Result<(), Violation> {
         self.target.copy_from_slice(strokes);
         let Some(load_limiting) = self.rig.limits.load_limiting else { return Ok(()) };

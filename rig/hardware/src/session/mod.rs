@@ -134,7 +134,7 @@ pub struct RigSession<'a> {
     goals: Vec<i32>,
     /// Strokes to command next (n) [m].
     target: Vec<f64>,
-    /// Loads of the tendons, and which are held back (n).
+    /// Loads of the tendons, and which are limited (n).
     guards: Vec<LoadGuard>,
     /// Readings of the last cycle (n).
     samples: Vec<Option<ServoSample>>,

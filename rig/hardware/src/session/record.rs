@@ -1,4 +1,4 @@
-//! Recording: a plan is carried out, and every cycle becomes a row of a journal as soon as its pose is known.
+//! Recording: a plan is run, and every cycle becomes a row of a journal as soon as its pose is known.
 //!
 //! The journal is with the operating system row by row and on the disk every second, so a crash costs at most the
 //! rows that still wait for the tracker; no cycle waits for the disk. When the run has ended, however it ended, the
@@ -94,7 +94,7 @@ pub struct RigRecorder {
 }
 
 impl RigRecorder {
-    /// Begins the journal: before the torque goes on, since the disk may stall.
+    /// Begins the journal: before the torque is switched on, since the disk may stall.
     ///
     /// # Errors
     /// If there is such a journal already or it cannot be written.

@@ -79,7 +79,7 @@ pub struct ServoMount {
     pub zero: i32,
     /// Which way its ticks grow.
     pub turns: WindingDirection,
-    /// Registers that do not hold the factory's value on purpose.
+    /// Registers whose value intentionally differs from the factory's.
     pub registers: StoredRegisters,
 }
 

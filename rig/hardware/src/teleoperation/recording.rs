@@ -104,7 +104,7 @@ pub struct ArmsRecording<'a> {
 }
 
 impl<'a> ArmsRecording<'a> {
-    /// Begins the journal: before the torque goes on, since the disk may stall.
+    /// Begins the journal: before the torque is switched on, since the disk may stall.
     ///
     /// # Errors
     /// If there is such a journal already or it cannot be written.

@@ -60,7 +60,7 @@ pub(super) struct TeleoperationServoTable {
     pub model: String,
     pub zero_ticks: i64,
     pub turns: WindingDirection,
-    /// Registers that do not hold the factory's value on purpose.
+    /// Registers whose value intentionally differs from the factory's.
     #[serde(default)]
     pub registers: BTreeMap<String, i64>,
 }

@@ -178,7 +178,7 @@ impl<'a> TeleoperationSession<'a> {
         self.arms.read_status(&mut self.status)
     }
 
-    /// Everything that forbids to go on.
+    /// All conditions that end the session.
     fn check(&mut self) -> Result<()> {
         let (joints, limits) = (&self.arms.config.joints, &self.arms.config.limits);
         for (k, joint) in joints.iter().enumerate() {

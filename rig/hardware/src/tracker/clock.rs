@@ -20,7 +20,7 @@ pub const MAX_DRIFT: f64 = 500e-6;
 pub const WINDOW: f64 = 5.0;
 /// Deviation from the estimate that jitter no longer explains [s]: the time stamp is damaged or the clock was set.
 pub const GATE: f64 = 1.0;
-/// Messages that must deviate alike before the clock counts as reset.
+/// Messages that must deviate equally before the clock counts as reset.
 const AGREE: usize = 5;
 /// Time over which they must arrive [s]: what was held up in the network arrives all at once.
 const SETTLE: f64 = 0.1;
@@ -36,7 +36,7 @@ pub struct ClockMap {
     aside: Option<Aside>,
 }
 
-/// Messages in a row that deviate alike: arrival of the first [s], its delay [s], how many.
+/// Messages in a row that deviate equally: arrival of the first [s], its delay [s], how many.
 #[derive(Debug, Clone, Copy)]
 struct Aside {
     begin: f64,

@@ -1,6 +1,6 @@
 //! Messages out of a stream of bytes that may be cut anywhere and damaged anywhere.
 //!
-//! OpenIGTLink has no mark at which a message begins. After damage the decoder therefore goes on byte by byte until
+//! OpenIGTLink has no mark at which a message begins. After damage the decoder therefore advances byte by byte until
 //! something can be a header again: version, type, name and size are all plausible. A damaged size of a known type
 //! is caught at once or by the checksum, and the bytes are searched again from behind that header, so no message
 //! behind the damage is lost. Bodies of unknown types are counted off, not kept.
@@ -23,7 +23,7 @@ pub const MAX_BUFFERED: usize = HEADER + MAX_BODY + CHUNK;
 pub enum DecodedMessage {
     /// A whole message.
     Message(Message),
-    /// A message of a type that no one here reads.
+    /// A message of a type that is not read here.
     Skipped {
         /// Its type.
         kind: String,

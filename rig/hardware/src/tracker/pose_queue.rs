@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 const MAX_QUEUED: usize = 16 * 1024;
 /// Most names of other tools that are remembered.
 const MAX_NAMES: usize = 16;
-/// Longest that a repeated pose is held back, and the part of the time without poses that is no fault yet [s, -].
+/// Longest that a repeated pose is withheld, and the part of the time without poses that is no fault yet [s, -].
 const HOLD: (f64, f64) = (0.15, 0.5);
 /// Shortest time between two events of a kind that can come with every message [s].
 const REST: f64 = 1.0;
@@ -81,7 +81,7 @@ impl Burst {
         self.flush(now)
     }
 
-    /// Report of the events held back, if it is due.
+    /// Report of the events withheld, if it is due.
     fn flush(&mut self, now: f64) -> Option<String> {
         if self.held == 0 || self.last.is_some_and(|last| now - last < REST) {
             return None;

@@ -2,7 +2,7 @@
 //!
 //! Noise hardly ever gives the same numbers twice, unless the tracker rounds them to more than its noise; then a tip at
 //! rest repeats itself for as long as it rests. Which of the two a tracker does is learned from what it sends. A run of
-//! repetitions is held back for a moment, and believed if
+//! repetitions is withheld for a moment, and accepted if
 //!
 //! - it is no longer than this tracker's share of repetitions p explains: p to the power of its length is no rarer than
 //!   once a day. That is asked of trackers whose noise exceeds their rounding alone: below it, p depends on where
@@ -27,7 +27,7 @@ const FURTHEST_STEP: f64 = 4.0;
 /// Watches the repetitions of one sensor.
 #[derive(Debug, Clone)]
 pub(super) struct RepeatWatch {
-    /// Longest that a repetition is held back [s].
+    /// Longest that a repetition is withheld [s].
     hold: f64,
     /// Last pose that was no repetition.
     last: Option<Pose>,
@@ -114,7 +114,7 @@ impl RepeatWatch {
         }
     }
 
-    /// Hands on what was held back: as it is, or as frozen.
+    /// Passes on the withheld poses: unchanged, or marked frozen.
     fn decide(&mut self, is_believed: bool, decided: &mut Vec<Pose>) {
         let quality = if is_believed { Quality::Good } else { Quality::Frozen };
         decided.extend(self.held.drain(..).map(|pose| Pose { quality, ..pose }));

@@ -1,4 +1,4 @@
-//! The servos on one bus: who is addressed by an instruction, what they do, and what comes back in which order.
+//! The servos on one bus: which servos an instruction addresses, its effects, and the order of their answers.
 //!
 //! In sync and bulk reads each servo answers when it has heard the one before it in the list, as in ROBOTIS's own
 //! device code; behind one that is silent, all are.
@@ -40,7 +40,7 @@ pub(super) struct ServoReply {
     pub delay: f64,
 }
 
-/// All that comes back for one instruction.
+/// All answers to one instruction.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Reply {
     /// In the order in which they are sent.
@@ -54,7 +54,7 @@ pub(super) struct Reply {
 pub(super) struct ServoChain {
     /// All servos, whether they have power or not.
     pub servos: Vec<EmulatedServo>,
-    /// Whether each hears the bus now: baud, plug and power (n_servos).
+    /// Whether each receives from the bus now: baud, plug and power (n_servos).
     pub hears: Vec<bool>,
 }
 
@@ -109,7 +109,7 @@ impl ServoChain {
         Reply { answers: answers.map(|k| self.answer(k, Err(Refusal::Checksum))).collect(), n_asked: None }
     }
 
-    /// Servos that hear and have this id.
+    /// Servos that receive and have this id.
     fn listening(&self, id: u8) -> impl Iterator<Item = usize> {
         (0..self.servos.len()).filter(move |&k| self.hears[k] && self.servos[k].id() == id)
     }
@@ -148,7 +148,7 @@ impl ServoChain {
         reply
     }
 
-    /// Lets servo `k` carry out an instruction with one answer; returns the parameters of that.
+    /// Runs an instruction with one answer on servo `k`; returns the parameters of that.
     fn carry_out(
         &mut self,
         k: usize,

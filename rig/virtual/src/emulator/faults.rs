@@ -153,7 +153,7 @@ pub struct BusFault {
     /// Id of the servo that it concerns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub servo: Option<u8>,
-    /// How long it lasts [s]; without it as long as is usual for its kind, for what is unplugged: for good.
+    /// How long it lasts [s]; without it the default of its kind; unplugged devices stay unplugged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
     /// Packets, or bytes of noise; 1 by default.

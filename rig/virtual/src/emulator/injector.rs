@@ -39,7 +39,7 @@ pub(super) struct Damage {
     pub delay: f64,
 }
 
-/// Faults to come and at work.
+/// Pending and active faults.
 #[derive(Debug)]
 pub(super) struct Injector {
     pending: VecDeque<BusFault>,

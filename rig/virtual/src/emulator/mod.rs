@@ -185,7 +185,7 @@ impl<W: ServoWorld + 'static> ServoEmulator<W> {
 }
 
 impl ServoEmulator {
-    /// Serves the poses of the world's tracker, with the faults that are at work; also returns where.
+    /// Serves the poses of the world's tracker, with the active faults; also returns the address.
     ///
     /// # Errors
     /// `Tracker` if the port is taken.

@@ -38,7 +38,7 @@ pub struct TrafficCounts {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultMoment {
-    /// It is armed, or at work.
+    /// It is armed, or active.
     Began,
     /// It hit a packet.
     Struck,
@@ -72,7 +72,7 @@ pub struct TorqueRecord {
 pub struct TrackerFaults(Arc<Mutex<Vec<FaultKind>>>);
 
 impl TrackerFaults {
-    /// Whether this fault is at work now.
+    /// Whether this fault is active now.
     pub fn is_active(&self, kind: FaultKind) -> bool {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).contains(&kind)
     }

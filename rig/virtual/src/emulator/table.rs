@@ -7,7 +7,7 @@ use hysteron_rig::bus::xl430::{self, ControlRegister, mode};
 /// Why a servo refuses an instruction: the error number of its answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Refusal {
-    /// The instruction could not be carried out.
+    /// The instruction could not be run.
     Result = 1,
     /// There is no such instruction.
     Instruction = 2,

@@ -181,7 +181,7 @@ impl<W: ServoWorld> Bus<W> {
         self.send(reply);
     }
 
-    /// Decides which servos hear an instruction to this id.
+    /// Decides which servos receive an instruction to this id.
     fn listen(&mut self, to: u8) {
         let host_baud = self.port.host_baud();
         for (servo, hears) in self.chain.servos.iter().zip(&mut self.chain.hears) {

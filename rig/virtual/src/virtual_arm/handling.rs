@@ -1,7 +1,7 @@
 //! An object of unknown mass in the jaws, and a program that moves the arm with it: what a policy is tried on.
 //!
 //! The object is held from the beginning and never leaves; the arm has its servos, backlash and friction, and is read 60 times a second
-//! as it is in recordings. Whoever controls it sees readings alone.
+//! as in recordings. Its controller has only measured values.
 
 use hysteron_base::rng;
 use nalgebra::Vector3;

@@ -66,7 +66,7 @@ pub struct TendonParameters {
     pub friction: f64,
     /// Friction of each guide without tension [N].
     pub friction_force: f64,
-    /// How that friction comes to its bound.
+    /// How that friction approaches its bound.
     pub law: FrictionLaw,
     /// Turn of each tendon between pulley and body [rad].
     pub base_wrap: f64,

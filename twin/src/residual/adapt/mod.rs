@@ -2,7 +2,7 @@
 //!
 //! Two kinds of change are sought. The physical one ([`RobotChange`]: zeros of the tendons, play, friction)
 //! is a least-squares fit on the rollout with a prior around no change; what is left, a correction linear in
-//! strokes and plays ([`Adaptation`]) may follow. A minute of motion errs alike from beginning to end: its
+//! strokes and plays ([`Adaptation`]) may follow. The errors of a minute of motion are correlated from beginning to end: its
 //! tracker drifts, and the twin has errors of its own in it that are no change of the robot. So the errors
 //! are whitened before they are fitted, and blocks of the motion take turns: a change is fitted to the
 //! training blocks and evaluated on the test block. How strong the prior is, and whether either kind is kept,
@@ -106,7 +106,7 @@ pub fn n_samples(twin: &Twin, motions: &[RobotMotion]) -> usize {
     all * (1 + parameters + ROUNDS) + held_out
 }
 
-/// All that stays while the search goes on.
+/// The constants of the search.
 struct AdaptSearch<'a> {
     rig: TwinWithNetwork<'a>,
     options: &'a AdaptOptions,

@@ -53,7 +53,7 @@ pub struct FrictionRow {
     pub averaged_error_n_m: [f64; 2],
     /// Root mean square error of five folds, in training and in testing [N m].
     pub folds_n_m: Vec<[f64; 2]>,
-    /// Error as the method goes on [N m]: figure 10.
+    /// Error over the iterations [N m]: figure 10.
     pub progress_n_m: Vec<f64>,
 }
 
@@ -117,7 +117,7 @@ fn rms(errors: &[f64]) -> f64 {
     (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt()
 }
 
-/// Parameters that `method` finds in `points`, and its error as it goes on.
+/// Parameters that `method` finds in `points`, and its error over the iterations.
 fn identify(method: &str, points: &[(f64, f64)], seed: u64) -> Result<(Vec<f64>, Vec<f64>), BadInput> {
     let (velocity, torque): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
     let by = match method {

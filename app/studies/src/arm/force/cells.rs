@@ -13,7 +13,7 @@ use crate::runner::cells::{Listener, StudyProgress, cell, make_folder};
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_estimation::servo_force::{estimators, observed_arm};
 
-/// One arm: what every method of [`METHODS`] makes of its trajectories.
+/// One arm: the estimates of every method of [`METHODS`] for its trajectories.
 #[derive(Debug, Clone, Serialize, Deserialize, PartialEq)]
 pub struct ForceCell {
     /// Draws the arm and its trajectories.

@@ -69,7 +69,7 @@ struct Run {
 /// Rows of a figure: every so many.
 const DECIMATION: usize = 25;
 
-/// Reads the three files of `folder`, leaves out each in turn.
+/// Reads the three files of `folder`; each is the test set once.
 ///
 /// # Errors
 /// A file that is missing or not as expected.

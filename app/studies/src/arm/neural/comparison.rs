@@ -26,7 +26,7 @@ pub struct NeuralCell {
     pub condition_accuracy_auc: Option<[f64; 2]>,
     /// One entry per task.
     pub tasks: Vec<TaskScores>,
-    /// Criterion by which recordings were left out of the training; none where that is not known.
+    /// Criterion by which recordings were excluded from the training; none where that is not known.
     pub left_out: Option<Vec<String>>,
     /// Number of trajectories that it was trained on.
     pub trained_on: usize,

@@ -91,7 +91,7 @@ fn published(scope: NeuralScope) -> &'static str {
 }
 
 /// Trains and compares actuators of `model` with these seeds; `identity` describes the data. `None` where the
-/// listener ended it; what is done is found again below `folder`, and a training goes on from its file there.
+/// listener ended it; what is done is found again below `folder`, and a training resumes from its file there.
 ///
 /// # Errors
 /// Cells of another study; files that cannot be written; data without what is needed.

@@ -1,4 +1,4 @@
-//! The study on small trajectories: all cells, found again, gone on with.
+//! The study on small trajectories: all cells, found again, resumed.
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
 use std::path::Path;

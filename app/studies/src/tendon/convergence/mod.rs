@@ -1,4 +1,4 @@
-//! `study convergence`: one tube, finer and finer. What linear and quadratic tetrahedra make of the same pull, with tendons that
+//! `study convergence`: one tube, finer and finer. The response of linear and quadratic tetrahedra to the same pull, with tendons that
 //! hold on to points, which sink into ever smaller elements, and to rings of a given size, which do not.
 
 mod outcome;

@@ -1,7 +1,7 @@
 //! `study coreact`: CoReAct end to end, as a user runs it. Record, identify, train, roll out; on trajectories that nothing was
 //! trained on.
 //!
-//! Every stage is a command of the program, and what it wrote is kept, so that the study goes on where it was stopped. Each
+//! Every stage is a command of the program, and what it wrote is kept, so that the study resumes where it was stopped. Each
 //! table row is one twin: uncorrected, with friction, with the residual network, with both, and with the paper's
 //! network. `robots` runs the same ablation on others.
 

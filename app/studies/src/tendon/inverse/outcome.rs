@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The numbers of `study inverse`; a robot whose recordings are not there is left out.
+/// The numbers of `study inverse`; a robot without recordings is skipped.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 pub struct InverseMetrics {
     /// The trunk.

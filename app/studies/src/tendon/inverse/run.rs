@@ -24,7 +24,7 @@ const CURVE_EVERY: usize = 10;
 /// Every fourth pattern for training is one to stop by.
 const STOP_BY: usize = 4;
 
-/// Runs the study, a quick one with fewer epochs and folds; a robot whose recordings are not there is left out.
+/// Runs the study, a quick one with fewer epochs and folds; a robot without recordings is skipped.
 ///
 /// # Errors
 /// The files of both robots are missing, or cannot be read, or a training fails.

@@ -3,7 +3,7 @@
 //!
 //! One procedure for all, no hand on any: record a plan of minutes; fit the nominal scene; calibrate the twin in two
 //! passes; let it make data; train inverse networks; follow seven paths that are in no training. What was
-//! done for a robot stays in its folder: the same command goes on. A robot on which a stage fails is counted
+//! done for a robot stays in its folder: the same command resumes. A robot on which a stage fails is counted
 //! and named.
 
 mod outcome;

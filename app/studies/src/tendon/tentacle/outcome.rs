@@ -55,7 +55,7 @@ pub struct ParameterFit {
     pub set: String,
     /// Mean of the markers' root mean square errors [mm].
     pub mean_of_markers_rmse_mm: f64,
-    /// The same of holds that were left out of the fit [mm].
+    /// The same of holds that were not fitted [mm].
     pub left_out_mean_of_markers_rmse_mm: f64,
     /// Whether the fit converged.
     pub converged: bool,
@@ -94,6 +94,6 @@ pub struct SharedTensions {
     pub sharing: String,
     /// Mean of the markers' root mean square errors [mm].
     pub rmse_mm: f64,
-    /// The same of holds that were left out [mm].
+    /// The same of test holds [mm].
     pub left_out_rmse_mm: Option<f64>,
 }

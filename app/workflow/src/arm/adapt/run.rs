@@ -17,7 +17,7 @@ use crate::shared::error::Cancelled;
 use crate::shared::{recording_checks, verdict};
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; files that cannot be written; an interruption.

@@ -14,7 +14,7 @@ use crate::shared::memory;
 use crate::shared::outputs::Outputs;
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; files that cannot be written.

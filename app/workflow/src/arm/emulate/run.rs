@@ -21,7 +21,7 @@ const FIRST_IDS: [u8; 2] = [1, 11];
 /// Name of the file of both arms in the folder.
 const ARMS: &str = "arms.toml";
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; ports that cannot be opened; emulated servos that stop by themselves.

@@ -11,7 +11,7 @@ use super::{Options, Outcome, along, external, live};
 use crate::arm::{self, robot::held_joints};
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; files that cannot be written; arms that do not answer.

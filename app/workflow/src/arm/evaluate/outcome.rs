@@ -65,7 +65,7 @@ pub struct ActuatorEvaluation {
     pub condition_accuracy_auc: Option<[f64; 2]>,
     /// One entry per task.
     pub tasks: Vec<TaskScores>,
-    /// Criterion by which recordings were left out of the training; none where that is not known.
+    /// Criterion by which recordings were excluded from the training; none where that is not known.
     pub left_out: Option<Vec<String>>,
     /// Number of recordings that it was trained on.
     pub trained_on: usize,

@@ -6,7 +6,7 @@ use hysteron_learn::read_parameters_kind;
 use super::{Options, Outcome, actuator, inverse_dynamics};
 use crate::{Context, WorkflowError, arm};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; files that cannot be written.

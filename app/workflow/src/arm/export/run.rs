@@ -7,7 +7,7 @@ use crate::arm::{self, robot::held_joints};
 use crate::shared::robot_file::{self, Part};
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; files that cannot be written.

@@ -1,4 +1,4 @@
-//! `arm fit neural` and `arm evaluate` on small recordings: what comes out, what is refused, what goes on.
+//! `arm fit neural` and `arm evaluate` on small recordings: results, refusals, resuming.
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
 use std::path::{Path, PathBuf};

@@ -25,7 +25,7 @@ struct Job {
     out: PathBuf,
 }
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; files that cannot be written; an interruption.

@@ -41,7 +41,7 @@ pub struct MotionOptions {
         arg(long, value_name = "RAD_S", default_value_t = 0.05, allow_negative_numbers = true)
     )]
     pub width: f64,
-    /// Joint of the robot that the recordings leave out, at zero or at a coordinate
+    /// Joint of the robot without channels in the recordings, at zero or at a coordinate
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME[=Q]"))]
     pub lock: Vec<String>,
 }

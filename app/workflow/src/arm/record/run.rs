@@ -16,7 +16,7 @@ const LONGEST: f64 = 86_400.0;
 /// Heaviest payload [g].
 const HEAVIEST_G: f64 = 100_000.0;
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; arms that do not answer; a limit that was passed.

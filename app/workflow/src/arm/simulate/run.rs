@@ -9,7 +9,7 @@ use super::{Options, Outcome, page};
 use crate::shared::memory;
 use crate::{Context, WorkflowError, arm};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; files that cannot be written.

@@ -15,7 +15,7 @@ use crate::rig::record::source::{Source, calibration_path};
 use crate::shared::watchdog::WatchdogGuard;
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; a tendon or a tracker that cannot be calibrated.

@@ -20,7 +20,7 @@ const RESTART_MS: u64 = 500;
 /// How long the tracker is looked at [s]: 80 poses of one at 40 Hz.
 const SURVEY_S: f64 = 2.0;
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; a rig that is not fit to run.

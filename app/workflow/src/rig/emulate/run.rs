@@ -26,7 +26,7 @@ const TRACKER_OFFSET: f64 = 1000.0;
 /// And is a little fast [-].
 const TRACKER_DRIFT: f64 = 20e-6;
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; ports that cannot be opened; emulated servos that stop by themselves.

@@ -24,7 +24,7 @@ use crate::{COMMIT, Context, WorkflowError};
 /// Slowest steady motion at any rate [rad/s].
 const SLOWEST: f64 = 0.03;
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; recordings from which nothing can be estimated of any servo; an interruption.

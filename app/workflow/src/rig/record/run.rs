@@ -20,7 +20,7 @@ use crate::shared::outputs::check_report;
 use crate::tendon::sense::live::LiveSensing;
 use crate::{COMMIT, Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; a rig that does not follow its commands; a limit that is passed; an interruption. What was measured is in files.

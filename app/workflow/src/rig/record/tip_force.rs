@@ -6,7 +6,7 @@ use hysteron_base::{BadInput, Recording, file};
 
 /// Metadata key: hash of the file that the force is from.
 pub const KEY: &str = "tip_force.sha256";
-/// Largest force that is believed, per axis [N].
+/// Largest plausible force, per axis [N].
 const LARGEST: f64 = 100.0;
 
 /// A force on the tip over the time of a recording.

@@ -7,7 +7,7 @@ use super::options::Options;
 use super::outcome::Outcome;
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; a journal without a single row.

@@ -1,7 +1,7 @@
 //! A run: a robot goes through the samples of a recording, from files to files.
 //!
 //! Partial results never have the final name. A run that fails or is interrupted leaves its rows as
-//! `<out>.partial.<ext>` with the last equilibrium next to it as `<out>.state`, from which `--resume` goes on. What
+//! `<out>.partial.<ext>` with the last equilibrium next to it as `<out>.state`, from which `--resume` continues. What
 //! the robot does in a sample is the one difference between the verbs: it follows strokes, or reaches for a goal.
 
 mod command;

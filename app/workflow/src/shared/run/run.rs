@@ -233,7 +233,7 @@ fn outputs(
         .and(&options.from)
         .file("--out", &options.out)
         .report("--figures", options.figures.as_deref());
-    // What a run goes on from is checked when it is read, and a state that is saved may have the name of that file.
+    // The files of a resumed run are checked when they are read, and a state that is saved may have the name of that file.
     let is_new = |file: &&PathBuf| !options.resume && options.save_state.as_ref() != Some(*file);
     for file in partial.files().into_iter().filter(is_new) {
         outputs = outputs.file("--out", file);

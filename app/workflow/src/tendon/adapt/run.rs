@@ -14,7 +14,7 @@ use crate::shared::outputs::Outputs;
 use crate::shared::{inputs, paths, recording_checks};
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; a rollout of the twin that fails; files that cannot be written.

@@ -9,7 +9,7 @@ use super::outcome::Outcome;
 use super::{recordings, scene};
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; [`super::Refused`].

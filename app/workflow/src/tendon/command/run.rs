@@ -11,7 +11,7 @@ use super::page;
 use crate::shared::outcome::MetricsFormat;
 use crate::{COMMIT, Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; an interruption; files that cannot be written.

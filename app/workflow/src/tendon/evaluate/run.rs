@@ -19,7 +19,7 @@ use crate::shared::outputs::Outputs;
 use crate::shared::recording_checks;
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; files that cannot be written.

@@ -43,7 +43,7 @@ pub struct Outcome {
     pub recording_warnings: Vec<Warning>,
     /// Recordings that were compared.
     pub recordings: usize,
-    /// Recordings that were left out for their role.
+    /// Recordings that were skipped for their role.
     pub recordings_of_another_role: usize,
     /// Measured tips that were compared.
     pub rows: usize,
@@ -51,11 +51,11 @@ pub struct Outcome {
     pub steps: usize,
     /// Condition number of the Jacobian, columns normalised [-].
     pub condition: f64,
-    /// Coordinates of the tip that never change and were left out.
+    /// Coordinates of the tip that never change and were skipped.
     pub constant_channels: usize,
     /// Residuals.
     pub residuals: usize,
-    /// Independent residuals that these are worth [-].
+    /// Effective number of independent residuals [-].
     pub effective_residuals: f64,
     /// Iterations of the search.
     pub iterations: usize,

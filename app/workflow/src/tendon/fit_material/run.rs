@@ -22,7 +22,7 @@ use crate::shared::outputs::Outputs;
 use crate::shared::{inputs, locking, recording_checks};
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; a twin that cannot be stepped with the scene as given; an interruption; files that cannot be written.

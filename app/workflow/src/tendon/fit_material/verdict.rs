@@ -22,7 +22,7 @@ pub(super) struct FinishedFit<'a> {
     pub findings: &'a Findings,
     /// Time it took [s].
     pub wall_s: f64,
-    /// Recordings left out for their role.
+    /// Recordings skipped for their role.
     pub n_other_role: usize,
     /// Largest tension that each tendon can be pulled with [N].
     pub tension_max: Vec<f64>,

@@ -18,7 +18,7 @@ use crate::tendon::sense::file::SensedRobot;
 use crate::tendon::sense::input::Input;
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; a step of the twin that fails; an interruption; files that cannot be written.

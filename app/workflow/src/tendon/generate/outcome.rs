@@ -27,9 +27,9 @@ pub struct SyntheticTrajectory {
     pub amplitude_m: f64,
     /// Frequency [Hz].
     pub frequency_hz: f64,
-    /// Number of samples; none where it was left out.
+    /// Number of samples; none if it was skipped.
     pub samples: usize,
-    /// Why it was left out; empty where it was not.
+    /// Why it was skipped; empty if it was not.
     pub left_out: String,
     /// Part of the samples in which the network left its training range [-].
     pub extrapolating: f64,
@@ -137,7 +137,7 @@ pub struct Outcome {
     pub scaled: Option<Scaled>,
     /// Trajectories in the set.
     pub made: usize,
-    /// Trajectories left out.
+    /// Skipped trajectories.
     pub dropped: usize,
     /// Samples of all.
     pub samples: usize,
@@ -219,7 +219,7 @@ impl Outcome {
         ))
     }
 
-    /// Says what there is, and what it may be worth.
+    /// Prints the data set and its quality.
     pub fn print(&self, context: &Context) {
         if self.extrapolating > GUESSED {
             tracing::warn!(

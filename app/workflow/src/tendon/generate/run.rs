@@ -33,7 +33,7 @@ struct Job<'a> {
     out: PathBuf,
 }
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; an interruption; files that cannot be written.

@@ -31,7 +31,7 @@ struct Job {
     sensitivity: PathBuf,
 }
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; a step of the twin that fails; an interruption, after the recordings that are done are written.
@@ -132,7 +132,7 @@ fn identify_all<'a>(
     Ok(rows.into_iter().flatten().collect())
 }
 
-/// Jobs to run, and the reasons why other recordings are left out.
+/// Jobs to run, and the reasons why other recordings are skipped.
 fn jobs(
     options: &Options,
     scene: &Scene,

@@ -13,7 +13,7 @@ use super::quality::print_quality;
 use crate::shared::outputs::Outputs;
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; files that cannot be written.

@@ -1,7 +1,7 @@
 //! Sensing while a robot is recorded: the rows that become the recording go through the estimators of `hysteron sense`, so both give
 //! the same estimates.
 //!
-//! A sample costs milliseconds, so a thread of its own works while the rig's cycle goes on. A rig in real time takes the estimates that are
+//! A sample costs milliseconds, so a separate thread works during the rig's cycle. A rig in real time takes the estimates that are
 //! ready; a simulated one waits, and its recordings stay the same bytes.
 
 use std::f64::consts::TAU;

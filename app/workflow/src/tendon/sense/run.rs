@@ -17,7 +17,7 @@ use crate::shared::outputs::Outputs;
 use crate::shared::{inputs, paths, recording_checks};
 use crate::{COMMIT, Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; a step of the twin that fails; an interruption; files that cannot be written.

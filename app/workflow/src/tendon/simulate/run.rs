@@ -1,10 +1,10 @@
-//! The door of the verb; the recipe is that of every run.
+//! The public function of the verb; the recipe is that of every run.
 
 use super::options::Options;
 use crate::shared::run::{self, Outcome, Task};
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; an interruption; a sample without a solution.

@@ -13,7 +13,7 @@ use crate::shared::outputs::Outputs;
 use crate::shared::paths;
 use crate::{COMMIT, Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input, a target out of reach among it; files that cannot be written.

@@ -13,7 +13,7 @@ use crate::tendon::command::LimitOverrides;
 use crate::tendon::evaluate::{self, Commanded};
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; an interruption; a rig that does not follow its commands.
@@ -61,7 +61,7 @@ fn follow(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     Ok(Outcome::Evaluated(Box::new(outcome)))
 }
 
-/// Writes the strokes; not over others that were carried out.
+/// Writes the strokes; not over others that were run.
 fn write_strokes(
     found: &Recording,
     path: &Path,

@@ -20,7 +20,7 @@ use crate::shared::recording_checks;
 use crate::shared::resume::Unfinished;
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; a training that fails or is interrupted before its first epoch is done; files that cannot be written.

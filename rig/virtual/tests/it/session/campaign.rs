@@ -1,6 +1,6 @@
 //! Faults, drawn from a seed, while rigs on their ports are recorded or calibrated and other programs try to use them.
 //!
-//! Whatever breaks: no panic; the run goes on or ends with its reason; no servo is under torque in the end; what broke
+//! After any fault: no panic; the run continues or ends with its reason; no servo is under torque in the end; what broke
 //! is in the log; no measurement is lost; and no other program gets a port that is in use. `HYSTERON_CAMPAIGN=10` draws
 //! ten times as many.
 

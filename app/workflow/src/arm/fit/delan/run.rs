@@ -22,7 +22,7 @@ const PARTS: usize = 8;
 /// Every so many recordings, or parts, one is not trained on.
 const VALIDATION: usize = 4;
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// Bad input; an interruption.

@@ -18,7 +18,7 @@ use crate::shared::identification::deviation;
 use crate::shared::{resume::Unfinished, verdict};
 use crate::{Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// `BadInput` for invalid options or recordings; an interruption.

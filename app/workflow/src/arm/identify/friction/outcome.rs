@@ -29,7 +29,7 @@ pub struct Outcome {
     pub condition: Option<f64>,
     /// Root mean square error of the torque [N m].
     pub rms_n_m: f64,
-    /// The same on the recordings that each fold leaves out [N m]; none without folds.
+    /// The same on the test recordings of each fold [N m]; none without folds.
     pub folds_rms_n_m: Option<Vec<f64>>,
     /// Number of samples.
     pub samples: usize,

@@ -24,7 +24,7 @@ struct Series {
     torque: Vec<f64>,
 }
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// `BadInput` for invalid options or recordings.
@@ -216,7 +216,7 @@ fn named(law: &Law, parameters: &[f64], offset: f64) -> Vec<Row> {
     names.zip(parameters.iter().chain([&offset])).map(row).collect()
 }
 
-/// Error on the recordings that each fold leaves out [N m].
+/// Error on the test recordings of each fold [N m].
 fn validated(
     law: &Law,
     method: FrictionMethod,

@@ -16,7 +16,7 @@ use crate::shared::identification_page::JointSeries;
 use crate::shared::robot_file::{self, Part};
 use crate::{COMMIT, Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// `BadInput` for invalid options or recordings.

@@ -13,7 +13,7 @@ use crate::shared::robot_file::{self, Part};
 use crate::shared::verdict::ratio;
 use crate::{COMMIT, Context, WorkflowError};
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// `BadInput` for invalid options or recordings.

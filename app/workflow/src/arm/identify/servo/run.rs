@@ -26,7 +26,7 @@ const HUBER: f64 = 0.03;
 /// Shares of its bounds from which friction starts.
 const STARTS: [f64; 3] = [0.05, 0.15, 0.3];
 
-/// Carries out the verb.
+/// Runs the verb.
 ///
 /// # Errors
 /// `BadInput` for invalid options or recordings; an interruption.
