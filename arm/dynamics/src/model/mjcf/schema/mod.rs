@@ -158,7 +158,7 @@ fn distance(a: &str, b: &str) -> usize {
 
 /// The table as Markdown: a row for each element and each kind of attribute.
 pub(super) fn markdown() -> String {
-    let mut out = String::from("| element | attributes | what they are here |\n|---|---|---|\n");
+    let mut out = String::from("| element | attributes | treatment |\n|---|---|---|\n");
     for entry in entries() {
         let path = entry.id;
         if entry.attributes.is_empty() || matches!(entry.role, Refused(_)) {
