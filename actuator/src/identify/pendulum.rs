@@ -57,7 +57,7 @@ impl PendulumRun {
     /// The same, if it can be simulated and carries information.
     ///
     /// # Errors
-    /// `BadInput` naming what is missing: lengths that differ, time out of order, positions that never change.
+    /// `BadInput` naming what is wrong: lengths that differ, numbers that are not finite, time out of order, positions that never change.
     pub fn checked(self) -> Result<Self, BadInput> {
         let n = self.time.len();
         let refuse = |what: &str, expected: &str, found: String| {
@@ -66,12 +66,16 @@ impl PendulumRun {
         if [self.goal.len(), self.position.len(), self.torque_on.len()] != [n; 3] || n < 10 {
             return refuse("samples", "10 or more, as many of each channel", n.to_string());
         }
-        if let Some(k) = self.time.windows(2).position(|pair| pair[1] <= pair[0] || pair[1].is_nan()) {
+        for (what, values) in [("time", &self.time), ("goal", &self.goal), ("position", &self.position)] {
+            if let Some(k) = values.iter().position(|value| !value.is_finite()) {
+                return refuse(what, "finite numbers", format!("{} in sample {}", values[k], k + 1));
+            }
+        }
+        if let Some(k) = self.time.windows(2).position(|pair| pair[1] <= pair[0]) {
             return refuse("time", "ascending", format!("{} after {}", self.time[k + 1], self.time[k]));
         }
         let (low, high) = self.position.iter().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(*x), b.max(*x)));
-        // Written so that NaN is refused too.
-        if high.partial_cmp(&(low + 0.02)) != Some(std::cmp::Ordering::Greater) {
+        if high <= low + 0.02 {
             let hint = "record a motion of at least some tens of degrees";
             let refused =
                 BadInput::new(format!("{}: position", self.name), "a motion", format!("{low} to {high} rad"));

@@ -121,9 +121,24 @@ fn recording_without_motion_is_refused() {
     let mut backwards = run(100.0);
     backwards.time[5] = 0.0;
     assert!(backwards.checked().unwrap_err().place.ends_with("time"));
-    let mut nan = run(100.0);
-    nan.position[3] = f64::NAN;
-    assert!(nan.checked().is_err());
+}
+
+#[test]
+fn a_run_with_one_number_that_is_not_finite_is_refused() {
+    let moving = || {
+        let mut moving = run(100.0);
+        moving.position.iter_mut().enumerate().for_each(|(k, angle)| *angle = (0.1 * k as f64).sin());
+        moving
+    };
+    assert!(moving().checked().is_ok());
+    for bad in [f64::NAN, f64::INFINITY] {
+        for (what, series) in [("time", 0), ("goal", 1), ("position", 2)] {
+            let mut run = moving();
+            [&mut run.time, &mut run.goal, &mut run.position][series][3] = bad;
+            let error = run.checked().unwrap_err();
+            assert!(error.place.ends_with(what) && error.found.contains("sample 4"), "{error:?}");
+        }
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The estimates: sensor and recording, the twin along it, the recording of the estimates, page.
 
 use hysteron_base::checks::Purpose;
+use hysteron_base::number::shown;
 use hysteron_base::{BadInput, Channel, Metadata, Recording, Scene};
 use hysteron_report::folder::ReportFolder;
 use hysteron_twin::Twin;
@@ -77,8 +78,8 @@ fn check_period(input: &Input, sensor: &ForceSensor) -> Result<(), BadInput> {
     if (input.period() / sensor.period_s - 1.0).abs() <= 0.01 {
         return Ok(());
     }
-    let expected = format!("samples of {} s, as the sensor was fitted with", sensor.period_s);
-    let found = format!("{:.4} s", input.period());
+    let expected = format!("samples of {} s, as the sensor was fitted with", shown(sensor.period_s));
+    let found = format!("{} s", shown(input.period()));
     Err(BadInput::new(format!("{}: time_s", input.name), expected, found).hint("resample the recording"))
 }
 

@@ -1,6 +1,6 @@
 //! Every way out of a session leaves no servo under torque.
 
-use super::probe::Rig;
+use super::probe::{Probe, Read, Rig};
 use super::small_circle;
 use hysteron_base::{Metadata, Recording};
 use hysteron_rig::session::{RecordOptions, RigRecorder, RigSession, journal_path, recover};
@@ -66,14 +66,17 @@ fn a_start_that_fails_half_way_lets_go_even_where_the_end_would_hold() {
         ("reply_timeout_ms = 4.0", "reply_timeout_ms = 100.0"),
         ("at_end = \"release\"", "at_end = \"hold\""),
     ]);
-    let (mut hardware, servos) = rig.ready();
+    let (hardware, servos) = rig.ready();
     let calibration = rig.calibration(&servos);
-    // The answers of the last servo to all tries to switch it on are lost; it switches all the same.
+    // From when the servos were read and before the torque goes on: the answers of the last one to all tries to switch it on are lost; it
+    // switches all the same.
     let n = 1 + rig.config.servos.retries;
-    rig.emulator.inject(BusFault::new(0.0, FaultKind::DropPacket).of_servo(4).times(3 * n)).unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(50));
-    let started = RigSession::start(&mut hardware, &rig.config, &calibration, 100.0);
+    let mut probe = Probe::new(hardware, &rig.emulator);
+    probe.due.push_back((0.0, BusFault::new(0.0, FaultKind::DropPacket).of_servo(4).times(3 * n)));
+    let started = RigSession::start(&mut probe, &rig.config, &calibration, 100.0);
     let error = started.err().unwrap().to_string();
     assert!(error.contains("servo 4"), "{error}");
+    let has_read_all = |read: &Read| read.servos.iter().all(Option::is_some);
+    assert!(probe.reads.first().is_some_and(has_read_all) && probe.injected.len() == 1);
     assert!(rig.comes_to_be_released(), "{:?}", rig.emulator.torque_on());
 }
