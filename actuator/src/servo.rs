@@ -155,3 +155,12 @@ impl ServoSimulation {
         self.smooth_duty += (self.duty - self.smooth_duty) * (h / LOAD_TIME).min(1.0);
     }
 }
+
+/// Stroke of a tick of its servo, positive where it pulls with positive ticks, by least squares [m]; none where the servo rested.
+pub fn stroke_per_tick(goals: &[f64], strokes: &[f64]) -> Option<f64> {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let (mx, my) = (mean(goals), mean(strokes));
+    let across: f64 = goals.iter().zip(strokes).map(|(x, y)| (x - mx) * (y - my)).sum();
+    let slope = across / goals.iter().map(|x| (x - mx).powi(2)).sum::<f64>();
+    (slope.is_finite() && slope != 0.0).then_some(slope)
+}

@@ -43,6 +43,15 @@ pub struct TwinTendon {
 }
 
 impl TwinTendon {
+    /// The target of a tendon that nothing drives.
+    pub fn resting_target(&self) -> Target {
+        match self.drive {
+            PrescribedQuantity::Stroke => Target::Stroke(self.stroke.clamp(0.0)),
+            PrescribedQuantity::Tension => Target::Tension(self.tension.clamp(0.0)),
+            PrescribedQuantity::Free => Target::Free,
+        }
+    }
+
     /// Accepts a stroke [m] within the bounds, or a rounding outside of them: a file may have lost its last digits.
     ///
     /// # Errors

@@ -8,12 +8,14 @@
 
 mod fit;
 mod observer;
+mod scores;
 mod sensor;
 mod tension;
 mod tip_force;
 
 pub use fit::{KnownForce, RecordingObservations, fit_sensor};
 pub use observer::{Observation, SenseSample, Steady, TwinObserver};
+pub use scores::{ContactScore, ForceScore, SensingScores, SensingTruth, TensionScore, score};
 pub use sensor::{ForceSensor, SensedSample, ServoLoad, TendonSensing};
 pub use tension::{TensionErrors, TensionFilter};
 pub use tip_force::{TipForceErrors, TipForceEstimate, TipForceFilter, TipSample};

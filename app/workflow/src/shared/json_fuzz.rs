@@ -3,12 +3,12 @@
 
 use std::path::Path;
 
+use hysteron_actuator::health::Baseline;
 use hysteron_base::json;
 use hysteron_fuzz::drive;
 use hysteron_fuzz::text::{slipped_json, slips};
 
 use crate::is_bad_input;
-use crate::shared::health::Baseline;
 use crate::tendon::sense::file::{self, SensedRobot};
 
 /// Most memory of this process, the other tests in it included [bytes].
@@ -62,6 +62,6 @@ fn no_slip_in_a_baseline_does_harm() {
     let estimates = [row("coulomb_n_m"), row("load_scale_n_m")];
     let identified = json!({ "servos": [{ "servo": 1, "estimates": estimates }] });
     for (name, value) in [("baseline, recorded", recorded), ("baseline, identified", identified)] {
-        tried(name, &json::to_text(&value).unwrap(), |path| Baseline::read(path, 1).map(drop));
+        tried(name, &json::to_text(&value).unwrap(), |path| Ok(Baseline::read(path, 1).map(drop)?));
     }
 }

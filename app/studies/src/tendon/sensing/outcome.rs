@@ -1,7 +1,7 @@
 //! The numbers of `study sensing`.
 
 use hysteron_twin::sense::ForceSensor;
-use hysteron_workflow::tendon::sense::SensingScores;
+use hysteron_twin::sense::SensingScores;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

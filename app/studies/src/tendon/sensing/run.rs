@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use anyhow::{Context as _, Result};
-use hysteron_workflow::tendon::sense::{self, ContactScore};
+use hysteron_twin::sense::ContactScore;
+use hysteron_workflow::tendon::sense;
 use hysteron_workflow::{Context, WorkflowError};
 use rayon::prelude::*;
 

@@ -2,11 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use hysteron_actuator::TICKS_PER_TURN;
+use hysteron_actuator::{TICKS_PER_TURN, stroke_per_tick};
 use hysteron_base::{BadInput, Recording};
 
 use crate::shared::inputs::Input;
-use crate::tendon::sense::input::stroke_per_tick;
 
 /// Motion of one servo in one recording, positive where it pulls.
 pub(super) struct PulleyCourse {

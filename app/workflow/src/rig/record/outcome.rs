@@ -1,11 +1,11 @@
 //! The outcome of `record`.
 
+use hysteron_actuator::health::Health;
 use hysteron_base::Metadata;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::summary::RecordedTrajectory;
-use crate::shared::health::Health;
 use crate::shared::outcome::MetricsFormat;
 use crate::shared::shapes::NamedShape;
 

@@ -1,5 +1,6 @@
 //! The page of `record`: what was commanded, what the tip made of it, and how the rig kept its time.
 
+use hysteron_actuator::health::Health;
 use hysteron_base::{Metadata, Recording};
 
 use hysteron_report::folder::ReportFolder;
@@ -9,7 +10,7 @@ use hysteron_report::series::{MEASURED, TipSeries, millimetres, numbered_panels,
 
 use super::outcome::Outcome;
 use super::summary::RecordedTrajectory;
-use crate::shared::health::{self, Health};
+use crate::shared::health;
 use crate::shared::shapes::{NamedShape, TipShapes};
 
 /// Recordings that are drawn at most, where there are not more families.

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use hysteron_actuator::health::{Baseline, Health};
 use hysteron_base::{BadInput, Lock, Metadata, Recording};
 use hysteron_report::folder::ReportFolder;
 use hysteron_rig::calibration::RigCalibration;
@@ -15,7 +16,7 @@ use super::source::{self, Source};
 use super::summary::Summary;
 use super::tip_force::{self, TipForce};
 use super::{live, partial_files};
-use crate::shared::health::{self, Baseline, Health};
+use crate::shared::health;
 use crate::shared::outputs::check_report;
 use crate::tendon::sense::live::LiveSensing;
 use crate::{COMMIT, Context, WorkflowError};

@@ -1,11 +1,12 @@
 //! The section of a report on the health of a rig's servos.
 
+use hysteron_actuator::health::{Health, Quantity, ServoHealth};
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::lines::TimeChart;
 use hysteron_report::page::Page;
 use hysteron_report::series::numbered_panels;
 
-use super::{Health, Quantity, ServoHealth, cells};
+use super::cells;
 
 /// Adds table and figure to a page whose figures are in `folder`.
 ///

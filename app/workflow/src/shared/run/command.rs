@@ -89,7 +89,7 @@ impl<'a> Command<'a> {
             check_count("aux", aux.len(), auxiliary)?;
             courses.extend(driven(twin, &aux)?);
         } else {
-            courses.extend(auxiliary.iter().map(|tendon| Course::Constant(resting(tendon))));
+            courses.extend(auxiliary.iter().map(|tendon| Course::Constant(tendon.resting_target())));
         }
         let command = Self {
             courses,
@@ -265,13 +265,4 @@ fn tensions<'a>(recording: &'a Recording, tendon: &TwinTendon, number: usize) ->
         .hint("the bounds are tension_min_n and tension_max_n in the scene"));
     }
     Ok(values)
-}
-
-/// The target of a tendon that nothing drives.
-pub fn resting(tendon: &TwinTendon) -> Target {
-    match tendon.drive {
-        PrescribedQuantity::Stroke => Target::Stroke(tendon.stroke.clamp(0.0)),
-        PrescribedQuantity::Tension => Target::Tension(tendon.tension.clamp(0.0)),
-        PrescribedQuantity::Free => Target::Free,
-    }
 }

@@ -20,7 +20,6 @@ mod series;
 mod summary;
 mod trace;
 
-pub use command::resting;
 pub use input::Task;
 pub use options::RunOptions;
 pub use outcome::Outcome;

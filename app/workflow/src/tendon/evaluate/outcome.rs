@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use hysteron_actuator::health::Health;
 use hysteron_base::checks::Warning;
 use hysteron_control::TargetPath;
 use hysteron_control::tracking::{Repeatability, TrackingScore};
@@ -10,7 +11,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::table::{Commanded, METRICS, Row, ScoredRecordings, results};
-use crate::shared::health::Health;
 use crate::shared::outcome::MetricsFormat;
 use crate::{COMMIT, Context};
 

@@ -1,12 +1,12 @@
 //! The numbers of recordings that followed a target, and their table.
 
+use hysteron_actuator::health::Health;
 use hysteron_base::Recording;
 use hysteron_control::TargetPath;
 use hysteron_control::tracking::{Repeatability, TrackedTip, TrackingScore, repeatability};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::shared::health::Health;
 use crate::shared::recording_checks::Findings;
 
 /// One recording and its score.

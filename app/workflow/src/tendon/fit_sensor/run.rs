@@ -78,8 +78,10 @@ fn by_contact(
 ) -> Result<(Vec<RecordingObservations>, Vec<KnownForce>), BadInput> {
     let (mut free, mut known) = (Vec::new(), Vec::new());
     for (input, observed) in recordings.iter().zip(observed) {
-        match &input.force {
-            Some(force) if input.is_pushed() => known.push(KnownForce { observed, force: force.clone() }),
+        match &input.truth.force {
+            Some(force) if input.truth.is_pushed() => {
+                known.push(KnownForce { observed, force: force.clone() })
+            }
             _ => free.push(observed),
         }
     }

@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 use std::time::Instant;
 
-use hysteron_actuator::TICKS_PER_TURN;
+use hysteron_actuator::{TICKS_PER_TURN, stroke_per_tick};
 use hysteron_base::{BadInput, Recording};
-use hysteron_twin::sense::{RecordingObservations, SenseSample, TwinObserver};
+use hysteron_twin::sense::{RecordingObservations, SenseSample, SensingTruth, TwinObserver};
 use hysteron_twin::{RobotMotion, Twin};
 use nalgebra::Vector3;
 
@@ -31,10 +31,8 @@ pub struct Input {
     pub motion: RobotMotion,
     /// Servos, where they were recorded.
     pub servos: Option<Servos>,
-    /// Known force on the tip, sample by sample [N].
-    pub force: Option<Vec<Vector3<f64>>>,
-    /// True tensions of a simulated robot (n_primary × n_samples) [N].
-    pub tensions: Option<Vec<Vec<f64>>>,
+    /// Force on the tip and tensions, where they are known.
+    pub truth: SensingTruth,
 }
 
 impl Input {
@@ -59,14 +57,8 @@ impl Input {
             motion: RobotMotion::new(twin, recording, name)?,
             servos: servos(recording, n).map_err(|bad| bad.within(name))?,
             name: name.to_owned(),
-            force,
-            tensions,
+            truth: SensingTruth { force, tensions },
         })
-    }
-
-    /// Whether the tip was pushed with a known force.
-    pub fn is_pushed(&self) -> bool {
-        self.force.as_ref().is_some_and(|force| force.iter().any(|force| force.norm() > 0.0))
     }
 
     /// Duration of a sample [s].
@@ -158,15 +150,6 @@ fn servos(recording: &Recording, n: usize) -> Result<Option<Servos>, BadInput> {
     }
     servos.radius = radii.iter().sum::<f64>() / radii.len() as f64;
     Ok((!radii.is_empty()).then_some(servos))
-}
-
-/// Stroke of a tick of its servo, positive where it pulls with positive ticks, by least squares [m]; none where the servo rested.
-pub(crate) fn stroke_per_tick(goals: &[f64], strokes: &[f64]) -> Option<f64> {
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let (mx, my) = (mean(goals), mean(strokes));
-    let across: f64 = goals.iter().zip(strokes).map(|(x, y)| (x - mx) * (y - my)).sum();
-    let slope = across / goals.iter().map(|x| (x - mx).powi(2)).sum::<f64>();
-    (slope.is_finite() && slope != 0.0).then_some(slope)
 }
 
 #[cfg(test)]

@@ -7,8 +7,7 @@ mod options;
 mod outcome;
 mod page;
 mod run;
-mod scores;
 
 pub use options::Options;
-pub use outcome::{ContactScore, ForceScore, Outcome, SensingScores, TensionScore};
+pub use outcome::Outcome;
 pub use run::run;

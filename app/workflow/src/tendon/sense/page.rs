@@ -4,8 +4,9 @@ use hysteron_base::Recording;
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::lines::{Curve, Shaded, TimeChart, TimePanel, spans};
 use hysteron_report::page::Page;
+use hysteron_twin::sense::SensingScores;
 
-use super::outcome::{Outcome, SensingScores};
+use super::outcome::Outcome;
 use crate::shared::recording_checks;
 
 /// The series that are drawn.

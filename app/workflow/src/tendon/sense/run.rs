@@ -5,14 +5,15 @@ use hysteron_base::number::shown;
 use hysteron_base::{BadInput, Channel, Metadata, Recording, Scene};
 use hysteron_report::folder::ReportFolder;
 use hysteron_twin::Twin;
-use hysteron_twin::sense::{ForceSensor, RecordingObservations, SensedSample, TendonSensing};
+use hysteron_twin::sense::{
+    ForceSensor, RecordingObservations, SensedSample, SensingScores, TendonSensing, TensionScore, score,
+};
 
 use super::file::{self, SensedRobot};
 use super::input::Input;
 use super::options::Options;
-use super::outcome::{Outcome, SensingScores, TensionScore};
+use super::outcome::Outcome;
 use super::page::{self, EstimateSeries};
-use super::scores;
 use crate::shared::network::Network;
 use crate::shared::outputs::Outputs;
 use crate::shared::{inputs, paths, recording_checks};
@@ -61,7 +62,7 @@ fn sense(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let (time, gap) = (read.recording.time().to_vec(), read.recording.gap().to_vec());
     let recording = Recording::new(time, channels(&sensed, &input, &observed), gap, meta)?;
     recording.write(&options.out)?;
-    let scores = scores::score(&input, &observed, &sensed, &sensor)?;
+    let scores = score(&input.truth, |i| input.sample(i), &observed, &sensed, &sensor)?;
     print(&scores, context);
     let outcome = Outcome::new(scores, sensor, read, &findings, context);
     if let Some(folder) = &options.figures {

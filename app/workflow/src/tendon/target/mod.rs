@@ -3,10 +3,8 @@
 mod options;
 mod outcome;
 mod page;
-mod reach;
 mod run;
 
 pub use options::Options;
 pub use outcome::Outcome;
-pub use reach::Reach;
 pub use run::run;

@@ -1,10 +1,10 @@
 //! The outcome of `target`.
 
 use hysteron_control::TargetPath;
+use hysteron_twin::Reach;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::reach::Reach;
 use crate::shared::outcome::MetricsFormat;
 use crate::{COMMIT, Context};
 

@@ -4,9 +4,9 @@ use hysteron_control::TargetPath;
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::page::Page;
 use hysteron_report::target_map::{TargetMap, TargetPoint};
+use hysteron_twin::Reach;
 
 use super::outcome::Outcome;
-use super::reach::Reach;
 
 /// Writes the figure, `report.html` and `metrics.json` to `folder`.
 pub(super) fn write(

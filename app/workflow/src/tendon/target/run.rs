@@ -4,14 +4,19 @@ use anyhow::Context as _;
 use hysteron_base::{Metadata, Recording, Scene};
 use hysteron_control::TargetPath;
 use hysteron_report::folder::ReportFolder;
+use hysteron_twin::{CurveGoals, Reach};
 
 use super::options::Options;
 use super::outcome::Outcome;
 use super::page;
-use super::reach::Reach;
+use crate::shared::error::Cancelled;
 use crate::shared::outputs::Outputs;
 use crate::shared::paths;
 use crate::{COMMIT, Context, WorkflowError};
+
+/// Smallest distance of the goals along the curve [m]; larger on a long curve, which then has so many goals.
+const SPACING: f64 = 1e-3;
+const MAX_GOALS: f64 = 150.0;
 
 /// Runs the verb.
 ///
@@ -33,7 +38,7 @@ fn sample(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     }
     let _claim = outputs.check(context)?;
     let reach = match &scene {
-        Some(scene) => Some(Reach::of(&target, scene, 1e-3 * options.tolerance_mm, context)?),
+        Some(scene) => Some(reach_of(&target, scene, 1e-3 * options.tolerance_mm, context)?),
         None => None,
     };
     let outcome = Outcome::new(&target, reach.clone(), context);
@@ -47,7 +52,7 @@ fn sample(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
             Some(folder) => format!("{} shows where", folder.join("target.svg").display()),
             None => "a smaller size_mm; --figures DIR shows where".to_owned(),
         };
-        reach.check(&target, hint)?;
+        reach.check(&target.name, hint)?;
         tracing::info!(
             "{}: {} points within {} mm, the farthest off by {:.3} mm, tensions up to {:.1} N",
             reach.scene,
@@ -68,4 +73,19 @@ fn sample(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     recording.write(&options.out)?;
     context.wrote(&options.out);
     Ok(outcome)
+}
+
+/// The reach of the target's curve; x and y count, and z where the target gives it.
+fn reach_of(target: &TargetPath, scene: &Scene, tolerance: f64, context: &Context) -> anyhow::Result<Reach> {
+    let spacing = SPACING.max(target.outline.length() / MAX_GOALS);
+    let points = target.outline.evenly(spacing);
+    let curve = CurveGoals { points: &points, spacing, n_axes: if target.is_planar { 2 } else { 3 } };
+    context.listen();
+    let mut bar = None;
+    let reach = Reach::of(scene, &curve, tolerance, &mut |done, n| {
+        bar.get_or_insert_with(|| context.progress("goals", n, 0)).set_position(done as u64);
+        !context.is_cancelled()
+    })?;
+    bar.iter().for_each(|bar| bar.finish());
+    Ok(reach.ok_or_else(|| Cancelled::new("; nothing was written"))?)
 }

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
+use hysteron_actuator::health::Health;
 use hysteron_report::verdict::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::shared::health::Health;
 use crate::shared::outcome;
 use crate::tendon::evaluate;
 

@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use hysteron_actuator::health::{Baseline, Health};
 use hysteron_base::{BadInput, Recording};
 use hysteron_control::path::is_recording;
 
 use super::options::Options;
 use super::outcome::{Outcome, Recorded};
 use crate::rig::record::{self, source::Source};
-use crate::shared::health::{self, Baseline, Health};
+use crate::shared::health;
 use crate::tendon::command::LimitOverrides;
 use crate::tendon::evaluate::{self, Commanded};
 use crate::{Context, WorkflowError};

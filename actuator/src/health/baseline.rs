@@ -48,7 +48,7 @@ impl Baseline {
     ///
     /// # Errors
     /// `BadInput` naming the file and what is missing, or where it is of a rig with other than `n` servos.
-    pub fn read(path: &Path, n: usize) -> anyhow::Result<Self> {
+    pub fn read(path: &Path, n: usize) -> hysteron_base::Result<Self> {
         let name = path.display().to_string();
         let expected = "metrics.json with a section \"health\", or the output of `hysteron identify-servo`";
         let file: File = json::from_text(&file::read_text(path)?)

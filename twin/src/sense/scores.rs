@@ -1,11 +1,16 @@
 //! How good estimates are where the truth is known, next to simpler ones.
 
-use hysteron_actuator::{CatalogueDrive, LoadModel, SteadyMotion};
-use hysteron_twin::sense::{ForceSensor, RecordingObservations, SensedSample};
-use nalgebra::Vector3;
+use std::borrow::Cow;
 
-use super::input::Input;
-use super::outcome::{ContactScore, ForceScore, SensingScores, TensionScore};
+use hysteron_actuator::{CatalogueDrive, LoadModel, SteadyMotion};
+use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::fit::RecordingObservations;
+use super::observer::{Observation, SenseSample};
+use super::sensor::{ForceSensor, SensedSample};
+use crate::Result;
 
 /// Speed of the tendons below which the robot rests [m/s], over a window [s].
 const AT_REST: f64 = 2e-4;
@@ -20,6 +25,82 @@ const ALIGNED: f64 = 15.0 / 180.0 * std::f64::consts::PI;
 const SERVO: &str = "xl430-w250";
 const MOMENTUM_GAIN: f64 = 20.0;
 
+/// The truth of a recording, where it is known.
+#[derive(Debug, Clone, Default)]
+pub struct SensingTruth {
+    /// Force on the tip, sample by sample [N].
+    pub force: Option<Vec<Vector3<f64>>>,
+    /// Tensions of a simulated robot (n_primary × n_samples) [N].
+    pub tensions: Option<Vec<Vec<f64>>>,
+}
+
+impl SensingTruth {
+    /// Whether the tip was pushed with a known force.
+    pub fn is_pushed(&self) -> bool {
+        self.force.as_ref().is_some_and(|force| force.iter().any(|force| force.norm() > 0.0))
+    }
+}
+
+/// Errors of tensions over their root mean square [-].
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct TensionScore {
+    /// Method of the estimate.
+    pub method: Cow<'static, str>,
+    /// All samples.
+    pub all: f64,
+    /// While the tendons move.
+    pub moving: f64,
+    /// While they rest.
+    pub resting: f64,
+}
+
+/// Errors of the force on the tip.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct ForceScore {
+    /// Method of the estimate.
+    pub method: Cow<'static, str>,
+    /// Which samples.
+    pub samples: Cow<'static, str>,
+    /// How many.
+    pub n: usize,
+    /// Root mean square of the error's norm [N].
+    pub rms_n: f64,
+    /// Median of the error's norm [N].
+    pub median_n: f64,
+    /// Share within 30 mN or 15 % [-].
+    pub near: f64,
+    /// Share whose direction is off by 15° at most [-].
+    pub aligned: f64,
+}
+
+/// How contacts were found.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct ContactScore {
+    /// Contacts.
+    pub contacts: usize,
+    /// Share found within 100 ms [-], of all and of those that were not preceded by a contact that had not been given up.
+    pub found_at_once: f64,
+    /// Share of contacts above 0.15 N found within 100 ms [-].
+    pub strong_found_at_once: f64,
+    /// Alarms while there was no contact and had been none for a second, an hour [1/h].
+    pub false_alarms_per_hour: f64,
+    /// Time without contact [s].
+    pub free_s: f64,
+    /// Share of it in which a contact was claimed [-].
+    pub claimed: f64,
+}
+
+/// Scores of all estimates.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct SensingScores {
+    /// Where tensions are known.
+    pub tensions: Vec<TensionScore>,
+    /// Samples with a known force during pushes.
+    pub forces: Vec<ForceScore>,
+    /// See `forces`; samples without pushes too.
+    pub contacts: Option<ContactScore>,
+}
+
 /// True where the tendons have hardly moved for a while.
 fn resting(observed: &RecordingObservations, period: f64) -> Vec<bool> {
     let n = (WINDOW / period).round() as usize;
@@ -29,18 +110,23 @@ fn resting(observed: &RecordingObservations, period: f64) -> Vec<bool> {
     (0..samples.len()).map(|i| i > n && pulled(i) < AT_REST * WINDOW).collect()
 }
 
-/// Compares estimates with what was true.
-pub fn score(
-    input: &Input,
+/// Compares estimates with the truth, and simpler estimates from the samples of the same recording with it.
+///
+/// # Errors
+/// `BadInput` of a servo of the sensor that cannot be.
+pub fn score<'a>(
+    truth: &SensingTruth,
+    samples: impl Fn(usize) -> SenseSample<'a>,
     observed: &RecordingObservations,
     sensed: &[SensedSample],
     sensor: &ForceSensor,
-) -> anyhow::Result<SensingScores> {
+) -> Result<SensingScores> {
+    let samples: Vec<SenseSample> = (0..sensed.len()).map(samples).collect();
     let period = sensor.period_s;
     let rest = resting(observed, period);
     let load = sensor.servo.map(|servo| servo.model()).transpose()?;
-    let momentum = load.as_ref().map(|load| momentum_loads(input, load, period)).transpose()?;
-    let tensions = input.tensions.as_ref().map_or_else(Vec::new, |truth| {
+    let momentum = load.as_ref().map(|load| momentum_loads(&samples, load, period)).transpose()?;
+    let tensions = truth.tensions.as_ref().map_or_else(Vec::new, |truth| {
         let own = |i: usize, j: usize| sensed[i].tensions[j].0;
         let twin = |i: usize, j: usize| observed.samples[i].tensions[j];
         let scaled = |i: usize, j: usize| sensor.tension.force_scale * twin(i, j);
@@ -50,7 +136,7 @@ pub fn score(
             tension_score("twin, forces scaled", truth, &rest, &scaled),
         ];
         if let Some(load) = &load {
-            let (alone, held) = (raw_loads(input, load), held_loads(observed, load));
+            let (alone, held) = (raw_loads(&samples, load), held_loads(observed, load));
             scores.push(tension_score("load alone, friction known", truth, &rest, &|i, j| held[i][j]));
             scores.push(tension_score("load alone", truth, &rest, &|i, j| alone[i][j]));
         }
@@ -60,7 +146,7 @@ pub fn score(
         }
         scores
     });
-    let Some(force) = &input.force else {
+    let Some(force) = &truth.force else {
         return Ok(SensingScores { tensions, forces: Vec::new(), contacts: None });
     };
     let own: Vec<Vector3<f64>> = sensed.iter().map(|sensed| sensed.tip.force).collect();
@@ -76,7 +162,7 @@ pub fn score(
         .collect();
     let settled = settled(force, period);
     let mut forces = Vec::new();
-    if input.is_pushed() {
+    if truth.is_pushed() {
         for (method, estimate) in [
             ("sensor", &own),
             ("tip and twin alone", &direct),
@@ -118,23 +204,23 @@ fn tension_score(
 }
 
 /// Load over radius, as if nothing rubbed.
-fn raw_loads(input: &Input, load: &LoadModel) -> Vec<Vec<f64>> {
-    let of = |i: usize| {
-        let loads = input.sample(i).loads.unwrap_or_default();
+fn raw_loads(samples: &[SenseSample], load: &LoadModel) -> Vec<Vec<f64>> {
+    let of = |sample: &SenseSample| {
+        let loads = sample.loads.unwrap_or_default();
         loads.iter().map(|value| (load.stall_torque * value / load.radius).max(0.0)).collect()
     };
-    (0..input.motion.len()).map(of).collect()
+    samples.iter().map(of).collect()
 }
 
 /// Generalized momentum of each servo, I ω: what motor and friction leave of its change is the tendon's,
 ///
 /// r' = K (τ - τ_f(ω) - r) - K I ω'.
-fn momentum_loads(input: &Input, load: &LoadModel, period: f64) -> anyhow::Result<Vec<Vec<f64>>> {
+fn momentum_loads(samples: &[SenseSample], load: &LoadModel, period: f64) -> Result<Vec<Vec<f64>>> {
     let inertia = CatalogueDrive::named(SERVO)?.drive.gear.armature;
-    let n = input.tensions.as_ref().map_or(0, Vec::len);
+    let n = samples.first().map_or(0, |sample| sample.strokes.len());
     let (mut momentum, mut residual) = (vec![0.0; n], vec![0.0; n]);
     let of = |i: usize| {
-        let (now, before) = (input.sample(i), input.sample(i.saturating_sub(SteadyMotion::SPAN)));
+        let (now, before) = (samples[i], samples[i.saturating_sub(SteadyMotion::SPAN)]);
         let (Some(angles), Some(last), Some(loads)) = (now.angles, before.angles, now.loads) else {
             return vec![0.0; n];
         };
@@ -147,13 +233,13 @@ fn momentum_loads(input: &Input, load: &LoadModel, period: f64) -> anyhow::Resul
         }
         residual.iter().map(|residual| (residual / load.radius).max(0.0)).collect()
     };
-    Ok((0..input.motion.len()).map(of).collect())
+    Ok((0..samples.len()).map(of).collect())
 }
 
 /// Load less friction in steady motion, and kept in between.
 fn held_loads(observed: &RecordingObservations, load: &LoadModel) -> Vec<Vec<f64>> {
     let mut held = vec![0.0; observed.samples.first().map_or(0, |sample| sample.tensions.len())];
-    let of = |sample: &hysteron_twin::sense::Observation| {
+    let of = |sample: &Observation| {
         for (held, steady) in held.iter_mut().zip(&sample.steady) {
             if let Some(steady) = steady {
                 *held = load.tension(steady.load, steady.velocity).max(0.0);

@@ -3,15 +3,14 @@
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
-use hysteron_actuator::TICKS_PER_TURN;
-use hysteron_actuator::identify::{
-    PulleyRecord, SlackFriction, SteadySamples, finest_speed, lost_motion, slack_friction,
-};
 use hysteron_base::{BadInput, Recording, json};
 use serde::Deserialize;
 
 use super::{Estimate, Numbers, Quantity};
-use crate::tendon::sense::input::stroke_per_tick;
+use crate::identify::{
+    PulleyRecord, SlackFriction, SteadySamples, finest_speed, lost_motion, slack_friction,
+};
+use crate::servo::{TICKS_PER_TURN, stroke_per_tick};
 
 /// Length of a window in recorded time [s].
 const LENGTH: f64 = 60.0;
