@@ -67,7 +67,7 @@ mod tests {
         for png in [false, true] {
             let scratch = tempfile::tempdir().unwrap();
             let folder = ReportFolder { path: scratch.path(), png };
-            let mut page = Page::new("Title", "About.", "hysteron verb");
+            let mut page = Page::concluded("Title", "A result.", "About.", "hysteron verb");
             folder.add(&mut page, &chart()).unwrap();
             folder.write_metrics(&[1, 2]).unwrap();
             folder.write_page(page, "abc").unwrap();

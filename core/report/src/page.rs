@@ -33,18 +33,6 @@ pub fn write_page(folder: &Path, html: String) -> anyhow::Result<()> {
 pub struct Page(String);
 
 impl Page {
-    /// A page with a title, what it is about and the command that made it.
-    pub fn new(title: &str, about: &str, command: &str) -> Self {
-        let [title, about, command] = [title, about, command].map(escaped);
-        Self(format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-             <meta name=\"generator\" content=\"hysteron\"/>\n<title>{title}</title>\n\
-             <style>\n{STYLE}{}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<p>{about}</p>\n<pre>{command}</pre>\n",
-            style(SCALE)
-        ))
-    }
-
     /// A page that begins with a verdict on its result.
     pub fn judged(title: &str, verdict: &Verdict, about: &str, command: &str) -> Self {
         Self::beginning_with(|page| page.verdict(verdict), title, about, command)
@@ -56,12 +44,18 @@ impl Page {
         Self::beginning_with(|page| page.0.push_str(&sentence), title, about, command)
     }
 
-    fn beginning_with(first: impl FnOnce(&mut Self), title: &str, about: &str, command: &str) -> Self {
-        let mut page = Self::new(title, about, command);
-        let end = page.0.find("</h1>\n").map_or(page.0.len(), |at| at + "</h1>\n".len());
-        let rest = page.0.split_off(end);
-        first(&mut page);
-        page.0.push_str(&rest);
+    /// Title, result, what it is about and the command that made it, in this order.
+    fn beginning_with(result: impl FnOnce(&mut Self), title: &str, about: &str, command: &str) -> Self {
+        let [title, about, command] = [title, about, command].map(escaped);
+        let mut page = Self(format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+             <meta name=\"generator\" content=\"hysteron\"/>\n<title>{title}</title>\n\
+             <style>\n{STYLE}{}</style>\n</head>\n<body>\n<h1>{title}</h1>\n",
+            style(SCALE)
+        ));
+        result(&mut page);
+        page.0.push_str(&format!("<p>{about}</p>\n<pre>{command}</pre>\n"));
         page
     }
 

@@ -5,6 +5,7 @@ use hysteron_report::folder::ReportFolder;
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::Page;
 use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
+use hysteron_report::verdict::Verdict;
 
 use crate::COMMIT;
 use crate::shared::identification::ParameterEstimate;
@@ -170,17 +171,15 @@ pub fn relative_errors(rows: &[ParameterEstimate]) -> ScatterChart {
     }
 }
 
-/// Writes `metrics.json`, and begins a page with the verdict of an outcome.
+/// Writes `metrics.json`, and begins a page with the verdict.
 pub(crate) fn begin<T: Outcome>(
     folder: &ReportFolder,
     outcome: &T,
+    verdict: &Verdict,
     (title, about, command): (&str, &str, &str),
 ) -> anyhow::Result<Page> {
     folder.write_metrics(outcome)?;
-    Ok(match outcome.verdict() {
-        Some(verdict) => Page::judged(title, verdict, about, command),
-        None => Page::new(title, about, command),
-    })
+    Ok(Page::judged(title, verdict, about, command))
 }
 
 /// Ends a page with the warnings about the recordings, and writes it.

@@ -21,7 +21,7 @@ pub(super) fn write(
         outcome.law,
         found.len()
     );
-    let mut page = begin(folder, outcome, ("Identified servos", &about, &outcome.command))?;
+    let mut page = begin(folder, outcome, &outcome.verdict, ("Identified servos", &about, &outcome.command))?;
     for servo in found {
         page.heading(&format!("Servo {}", servo.number));
         match &servo.pulley {

@@ -12,7 +12,8 @@ use crate::shared::identification_page::{
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
 pub(super) fn write(folder: &ReportFolder, joint: &JointSeries, outcome: &Outcome) -> anyhow::Result<()> {
     let about = format!("The law {} fitted to torques over speeds of {}.", outcome.law, joint.name);
-    let mut page = begin(folder, outcome, ("Identified friction", &about, &outcome.command))?;
+    let mut page =
+        begin(folder, outcome, &outcome.verdict, ("Identified friction", &about, &outcome.command))?;
     page.list([("Error, root mean square [N m]", format!("{:.4}", outcome.rms_n_m))]);
     page.table(&ESTIMATE_HEADINGS, outcome.estimates.iter().map(ParameterEstimate::cells));
     outcome.warnings.iter().for_each(|warning| page.paragraph(warning));

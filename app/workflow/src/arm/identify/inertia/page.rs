@@ -18,7 +18,7 @@ const ABOUT: &str = "Ten numbers of every body, feasible together, and armature,
 /// Writes the figures, `report.html` and `metrics.json` to `folder`; `joints` are of the test recording where there is one.
 pub(super) fn write(folder: &ReportFolder, joints: &[JointSeries], outcome: &Outcome) -> anyhow::Result<()> {
     let title = format!("Identified bodies of {}", outcome.robot);
-    let mut page = begin(folder, outcome, (&title, ABOUT, &outcome.command))?;
+    let mut page = begin(folder, outcome, &outcome.verdict, (&title, ABOUT, &outcome.command))?;
     page.heading("Error of the torques, root mean square [N m]");
     let head: Vec<&str> = std::iter::once("").chain(joints.iter().map(|joint| joint.name.as_str())).collect();
     let cells = |name: &str, values: &[f64]| {

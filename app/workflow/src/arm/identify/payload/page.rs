@@ -14,7 +14,8 @@ pub(super) fn write(folder: &ReportFolder, model: &Model, outcome: &Outcome) -> 
         "A body at {} of {} from what the torques are beyond those of the bare arm, which was identified first.",
         outcome.frame, outcome.robot
     );
-    let mut page = begin(folder, outcome, ("Identified payload", &about, &outcome.command))?;
+    let mut page =
+        begin(folder, outcome, &outcome.verdict, ("Identified payload", &about, &outcome.command))?;
     page.table(&ESTIMATE_HEADINGS, outcome.estimates.iter().map(ParameterEstimate::cells));
     page.heading("Error of the torques, root mean square [N m]");
     let names = model.joints().iter().map(|joint| joint.name.as_str());

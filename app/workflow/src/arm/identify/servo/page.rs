@@ -35,7 +35,7 @@ pub(super) fn write(folder: &ReportFolder, motions: &Motions, outcome: &Outcome)
          comes nearest to the measured motion.",
         outcome.drive
     );
-    let mut page = begin(folder, outcome, ("Identified servo", &about, &outcome.command))?;
+    let mut page = begin(folder, outcome, &outcome.verdict, ("Identified servo", &about, &outcome.command))?;
     let tested = outcome.test_error_rad.map_or_else(|| "-".to_owned(), |error| format!("{error:.4}"));
     page.list([
         ("Mean error of the angle, open loop [rad]", format!("{:.4}", outcome.error_rad)),
