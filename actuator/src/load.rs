@@ -112,8 +112,8 @@ impl SteadyMotion {
             return None;
         }
         let velocity = (self.angles[0] - self.angles[Self::SPAN]) / (Self::SPAN as f64 * self.period);
-        let goes_on = velocity * self.velocity > 0.0;
-        self.n_steady = if goes_on { self.n_steady + 1 } else { 0 };
+        let is_same_direction = velocity * self.velocity > 0.0;
+        self.n_steady = if is_same_direction { self.n_steady + 1 } else { 0 };
         self.velocity = velocity;
         let load = self.loads.iter().sum::<f64>() / Self::SPAN as f64;
         (self.n_steady >= Self::SPAN && velocity.abs() > SLOWEST).then_some(SteadyLoad { velocity, load })

@@ -60,7 +60,7 @@ fn lie() -> impl Strategy<Value = Lie> {
     ]
 }
 
-fn tell(msh: &mut Msh, lie: &Lie) {
+fn apply(msh: &mut Msh, lie: &Lie) {
     let (nodes, elements) = (msh.nodes.len(), msh.elements.len());
     match lie {
         Lie::NoNodes => msh.nodes.clear(),
@@ -123,7 +123,7 @@ fn file(which: Index, lies: &[Lie]) -> (Option<Endian>, Vec<u8>) {
         .collect();
     let (version, endian) = kinds[which.index(kinds.len())];
     let mut msh = Msh::example();
-    lies.iter().for_each(|lie| tell(&mut msh, lie));
+    lies.iter().for_each(|lie| apply(&mut msh, lie));
     (endian, write(&msh, version, endian).unwrap())
 }
 

@@ -105,9 +105,8 @@ impl TwinState {
             body.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
         let found = (header.n_nodes, header.n_tendons, header.n_memory);
         if found != (n_nodes, n_tendons, n_memory) || body.len() != n_bytes {
-            let expected = format!(
-                "{n_nodes} nodes, {n_tendons} tensions and {n_memory} numbers that friction remembers"
-            );
+            let expected =
+                format!("{n_nodes} nodes, {n_tendons} tensions and {n_memory} numbers of the friction state");
             let found = format!("{}, {} and {} in {} bytes", found.0, found.1, found.2, body.len());
             return Err(bad("size", expected, found).hint("the file may be truncated").into());
         }

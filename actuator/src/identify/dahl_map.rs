@@ -155,7 +155,7 @@ impl RunTerms {
 }
 
 /// Sum over the runs of the logarithm of what the others' fit leaves of each.
-fn left_unseen(parts: &[RunTerms], ridge: f64) -> f64 {
+fn validation_error(parts: &[RunTerms], ridge: f64) -> f64 {
     let without = |k: usize| {
         let others: Vec<&RunTerms> =
             parts.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, part)| part).collect();
@@ -167,7 +167,7 @@ fn left_unseen(parts: &[RunTerms], ridge: f64) -> f64 {
 fn best_ridge(parts: &[RunTerms]) -> f64 {
     let mut best = (f64::INFINITY, RIDGES[0]);
     for ridge in RIDGES {
-        let left = left_unseen(parts, ridge);
+        let left = validation_error(parts, ridge);
         if left < best.0 {
             best = (left, ridge);
         }
@@ -178,11 +178,11 @@ fn best_ridge(parts: &[RunTerms]) -> f64 {
 /// The wave number with the least residual on validation runs, if that is less than without.
 fn best_ripple(ridge: f64, parts: impl Fn(Option<f64>) -> Vec<RunTerms>) -> Option<f64> {
     let smooth = parts(None);
-    let enough = left_unseen(&smooth, ridge) + smooth.len() as f64 * (1.0 - MIN_GAIN).ln();
+    let enough = validation_error(&smooth, ridge) + smooth.len() as f64 * (1.0 - MIN_GAIN).ln();
     let [first, last, step] = WAVES;
     let mut best = (enough, None);
     for wave in (first..=last).step_by(usize::from(step)).map(f64::from) {
-        let left = left_unseen(&parts(Some(wave)), ridge);
+        let left = validation_error(&parts(Some(wave)), ridge);
         if left < best.0 {
             best = (left, Some(wave));
         }

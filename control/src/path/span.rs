@@ -26,8 +26,8 @@ impl PathSpan {
     pub fn of(recording: &Recording) -> Result<Self, BadInput> {
         let time = recording.time();
         let whole = Self { begins: 0.0, ends: time[time.len() - 1] - time[0] };
-        let said = KEYS.map(|key| recording.meta().extra.get(key));
-        let [Some(begins), Some(ends)] = said else { return Ok(whole) };
+        let span = KEYS.map(|key| recording.meta().extra.get(key));
+        let [Some(begins), Some(ends)] = span else { return Ok(whole) };
         let bad = || {
             let found = format!("{begins} to {ends} s");
             BadInput::new(KEYS.join(", "), "two times in the recording, the first before the second", found)

@@ -31,20 +31,20 @@ pub fn frechet_closed(a: &[PlanarPoint], b: &[PlanarPoint]) -> f64 {
     let by_rows = squares.chunks(m).map(nearest).fold(0.0, f64::max);
     let column = |j: usize| (0..n).map(|i| squares[i * m + j]).fold(f64::INFINITY, f64::min);
     let mut low = (0..m).map(column).fold(by_rows, f64::max);
-    if is_walked(&squares, n, m, low) {
+    if is_reachable(&squares, n, m, low) {
         return low.sqrt();
     }
     let mut high = squares.iter().copied().fold(0.0, f64::max);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
-        if is_walked(&squares, n, m, middle) { high = middle } else { low = middle }
+        if is_reachable(&squares, n, m, middle) { high = middle } else { low = middle }
     }
     let mut left: Vec<f64> =
         squares.iter().copied().filter(|square| *square > low && *square <= high).collect();
     left.sort_by(f64::total_cmp);
     left.dedup();
     // The smallest leash is one of the distances.
-    let at = left.partition_point(|square| !is_walked(&squares, n, m, *square));
+    let at = left.partition_point(|square| !is_reachable(&squares, n, m, *square));
     left.get(at).copied().unwrap_or(high).sqrt()
 }
 
@@ -61,7 +61,7 @@ fn squared(p: PlanarPoint, q: PlanarPoint) -> f64 {
 }
 
 /// Whether both curves can be walked once around with a leash of this square. `squares` (n × m).
-fn is_walked(squares: &[f64], n: usize, m: usize, leash: f64) -> bool {
+fn is_reachable(squares: &[f64], n: usize, m: usize, leash: f64) -> bool {
     let width = 2 * m;
     let is_free = |i: usize, j: usize| squares[(i % n) * m + j % m] <= leash;
     // From the last row, that of the first point again, to the first: the nearest and the furthest column of the last row

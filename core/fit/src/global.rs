@@ -178,9 +178,9 @@ fn searched(
                     best.as_ref().map_or((0, f64::INFINITY), |found| (found.generations, found.cost));
                 let is_ended = AtomicBool::new(false);
                 let watch = |generation: usize, cost: f64| {
-                    let goes_on = (options.watch)(before.0 + generation, cost.min(before.1));
-                    is_ended.store(!goes_on, Ordering::Relaxed);
-                    goes_on
+                    let continues = (options.watch)(before.0 + generation, cost.min(before.1));
+                    is_ended.store(!continues, Ordering::Relaxed);
+                    continues
                 };
                 let seed = options.seed.wrapping_add(swarm.wrapping_mul(NEXT_SEED));
                 let solver = GlobalBestPso::<Vec<f64>>::new(seed)

@@ -141,7 +141,7 @@ impl<'a, E: Failure> FitProblem<'a, E> {
     }
 
     /// Those of `free` with a prior: position, how far off its middle they are, and what that counts per place.
-    fn believed(&self, places: &[f64], free: &[usize]) -> impl Iterator<Item = (usize, f64, f64)> {
+    fn prior_terms(&self, places: &[f64], free: &[usize]) -> impl Iterator<Item = (usize, f64, f64)> {
         let of = |(at, &k): (usize, &usize)| {
             let parameter = &self.parameters[k];
             let off = places[k] - parameter.place(parameter.home());
@@ -302,7 +302,7 @@ impl<E: Failure> TransformedProblem<'_, E> {
     }
 
     /// Reports progress to the callback; false if the search is to end.
-    fn goes_on(&self, rms: f64) -> bool {
+    fn continues(&self, rms: f64) -> bool {
         let Ok(mut best) = self.problem.best.lock() else { return false };
         *best = best.min(rms);
         (self.problem.options.watch)(self.problem.evaluations.load(Ordering::Relaxed), *best)
@@ -327,11 +327,11 @@ impl<E: Failure> LeastSquaresProblem<f64, Dyn, Dyn> for TransformedProblem<'_, E
         let series = self.keep(self.problem.evaluate(&places))?;
         let n = self.problem.n_residuals;
         let mut flat = series.as_ref().map_or_else(|| vec![self.problem.failed; n], |series| series.concat());
-        let believed = self.problem.believed(&places, self.free).collect::<Vec<_>>();
+        let prior_terms = self.problem.prior_terms(&places, self.free).collect::<Vec<_>>();
         *self.last.lock().ok()? = series.map(|series| (places, series));
         let rms = (flat.iter().map(|r| r * r).sum::<f64>() / n as f64).sqrt();
-        flat.extend(believed.iter().map(|(_, off, weight)| weight * off));
-        self.goes_on(rms).then(|| DVector::from_vec(flat))
+        flat.extend(prior_terms.iter().map(|(_, off, weight)| weight * off));
+        self.continues(rms).then(|| DVector::from_vec(flat))
     }
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {
@@ -345,7 +345,7 @@ impl<E: Failure> LeastSquaresProblem<f64, Dyn, Dyn> for TransformedProblem<'_, E
             None => self.keep(self.problem.evaluate(&places))??,
         };
         let mut columns = self.keep(self.problem.columns(&places, self.free, &series))?;
-        for (at, _, weight) in self.problem.believed(&places, self.free) {
+        for (at, _, weight) in self.problem.prior_terms(&places, self.free) {
             for (other, column) in columns.iter_mut().enumerate() {
                 column.push(if other == at { weight } else { 0.0 });
             }
@@ -429,7 +429,7 @@ fn corrected(
     let columns = problem.columns(&places, &free, &first)?;
     let rows = prior_rows(parameters, &free, &columns, problem.noise);
     let mut flat = first.concat();
-    flat.extend(problem.believed(&places, &free).map(|(_, off, weight)| weight * off));
+    flat.extend(problem.prior_terms(&places, &free).map(|(_, off, weight)| weight * off));
     let mut best = (places.clone(), first, f64::INFINITY);
     best.2 = cost(parameters, &best.0, &best.1, problem.noise);
     if let Some(changes) = within_bounds(&places, &free, &rows, flat) {
@@ -500,8 +500,8 @@ pub fn cost(parameters: &[Parameter], places: &[f64], series: &[Vec<f64>], noise
         let off = place - parameter.place(parameter.home());
         Some((noise * off / parameter.prior_width()?).powi(2))
     };
-    let believed: f64 = parameters.iter().zip(places).filter_map(off).sum();
-    series.iter().flatten().map(|r| r * r).sum::<f64>() + believed
+    let prior_terms: f64 = parameters.iter().zip(places).filter_map(off).sum();
+    series.iter().flatten().map(|r| r * r).sum::<f64>() + prior_terms
 }
 
 /// The columns of the parameters `free` with one row more for each prior.

@@ -123,10 +123,10 @@ pub fn vague(
     kept: &[usize],
 ) -> Option<(usize, Vec<usize>)> {
     let vagueness = |a: usize| {
-        let believed = parameters[free[a]]
+        let prior = parameters[free[a]]
             .prior_width()
             .map_or(UNIFORM_DEVIATION, |width| UNIFORM_DEVIATION.min(INFORMATIVE_SHARE * width));
-        covariance[(a, a)].sqrt() / believed
+        covariance[(a, a)].sqrt() / prior
     };
     let candidates = (0..free.len()).filter(|&a| !kept.contains(&free[a]));
     let at =

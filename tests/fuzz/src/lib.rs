@@ -61,7 +61,7 @@ pub fn drive<S: Strategy>(
     let is_asked = number("HYSTERON_FUZZ_CASES").is_some() || number("HYSTERON_FUZZ").is_some();
     let memory_max = if is_asked { memory_max.min(MEMORY_MAX) } else { memory_max };
     if is_asked {
-        forget_peak_memory();
+        reset_peak_memory();
     }
     let slowest = std::cell::Cell::new(Duration::ZERO);
     let patience = number("HYSTERON_FUZZ_S").map(Duration::from_secs);
@@ -90,7 +90,7 @@ pub fn drive<S: Strategy>(
     }
     if is_asked {
         let peak = peak_memory().map_or("unknown".to_owned(), |bytes| (bytes >> 20).to_string());
-        tell(&format!("fuzz,\"{name}\",{done},{:.1},{peak}", 1e3 * slowest.get().as_secs_f64()));
+        log(&format!("fuzz,\"{name}\",{done},{:.1},{peak}", 1e3 * slowest.get().as_secs_f64()));
     }
 }
 
@@ -110,17 +110,17 @@ fn processor_time() -> Duration {
 }
 
 /// From here on [`peak_memory`] is that of what follows, where the system can reset it.
-fn forget_peak_memory() {
+fn reset_peak_memory() {
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
 #[expect(clippy::print_stderr, reason = "whoever asks for a million cases wants to know how it went")]
-fn tell(line: &str) {
+fn log(line: &str) {
     eprintln!("{line}");
 }
 
 /// The most memory that this process had at any time [bytes], other tests in it included; none where the system does
-/// not tell.
+/// not log.
 pub fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -143,8 +143,8 @@ fn what_linear_tetrahedra_lose_is_said_before_and_after_a_run() {
     let place = Workplace::new();
     rod(&place);
     let check = place.run(&["check", "rod.toml", "--json"]).succeeded();
-    for said in ["linear tetrahedra make this body", "times as stiff as ten-node tetrahedra: pulling t"] {
-        assert!(check.stderr.contains(said), "{}", check.stderr);
+    for part in ["linear tetrahedra make this body", "times as stiff as ten-node tetrahedra: pulling t"] {
+        assert!(check.stderr.contains(part), "{}", check.stderr);
     }
     let value: serde_json::Value = serde_json::from_str(&check.stdout).unwrap();
     let loss = value["locking"]["estimated"][0]["loss"].as_f64().unwrap();

@@ -103,14 +103,14 @@ fn files_of_nad_are_read_and_bad_ones_say_what_is_wrong() {
     assert!(bad.error(2).contains("--accept-units"), "{}", bad.stderr);
     // Currents in amperes and in microamperes; without PWM the motion decides. An arm that hardly moves needs
     // next to none.
-    for (factor, zero, found, believed) in [
+    for (factor, zero, found, plausible) in [
         (1e-3, "", "got 1.4", "A at full PWM; 0.01 to 1000 A is plausible"),
         (1e3, "", "got 1.4", "A at full PWM; 0.01 to 1000 A is plausible"),
         (1e-3, "pwm", "got 7", "in the median of motors that move; 0.00025 A or more is plausible"),
     ] {
         let bad = import(Change { scaled: (&["current"], factor), zero, ..GOOD });
         let text = bad.error(2);
-        for part in ["current_*_a: expected", found, believed] {
+        for part in ["current_*_a: expected", found, plausible] {
             assert!(text.contains(part), "{factor} {part:?} {text}");
         }
         let unit = if factor < 1.0 { "unit a?" } else { "unit ma?" };

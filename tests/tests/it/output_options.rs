@@ -130,9 +130,9 @@ fn every_verb_says_its_exit_codes_and_they_are_those_of_the_table() {
         let Some((_, codes)) = page.split_once("Exit codes: ") else { continue };
         // `0 done, 1 failed, 2 bad input`: a code begins each part.
         let line = codes.lines().next().unwrap_or_default();
-        let said: BTreeSet<u32> =
+        let codes: BTreeSet<u32> =
             line.split(", ").filter_map(|part| part.split(' ').next()?.parse().ok()).collect();
-        assert!(said.contains(&0) && said.is_subset(&table), "{verb}: {line}");
+        assert!(codes.contains(&0) && codes.is_subset(&table), "{verb}: {line}");
         n_pages += 1;
     }
     assert!(n_pages > 30, "{n_pages} verbs say their exit codes");

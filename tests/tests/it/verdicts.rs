@@ -25,11 +25,11 @@ fn of_friction(
     let metrics: Value =
         serde_json::from_slice(&std::fs::read(place.path().join("f/metrics.json")).unwrap()).unwrap();
     let page = std::fs::read_to_string(place.path().join("f/report.html")).unwrap();
-    let said = |key: &str| metrics["verdict"][key].as_str().unwrap().to_owned();
-    let sentence = said("sentence");
+    let text = |key: &str| metrics["verdict"][key].as_str().unwrap().to_owned();
+    let sentence = text("sentence");
     assert!(done.stdout.contains(&format!("verdict: {sentence}\n")), "{}", done.stdout);
     assert!(page.split("</h1>").nth(1).unwrap().trim_start().starts_with("<p class=\"verdict"), "{page}");
-    (said("usability"), sentence)
+    (text("usability"), sentence)
 }
 
 /// Up and down through rest [rad/s].

@@ -200,11 +200,11 @@ impl<'a> Minimum<'a> {
         let mut all: Vec<Vec<f64>> =
             self.columns.iter().map(|c| c.iter().copied().chain(zeros(off.len())).collect()).collect();
         all.extend(columns.iter().map(|c| {
-            let (data, believed) = c.split_at(n_data);
+            let (data, prior_rows) = c.split_at(n_data);
             data.iter()
                 .copied()
                 .chain(zeros(rows_before))
-                .chain(believed.iter().copied())
+                .chain(prior_rows.iter().copied())
                 .collect::<Vec<f64>>()
         }));
         let mut residuals = self.series.concat();

@@ -125,8 +125,8 @@ impl LinearPart {
 /// Mean displacement of several linear parts [m]; `terms` is scratch.
 pub(super) fn mean_displacement(parts: &[LinearPart], features: &[f32], terms: &mut Vec<f64>) -> [f64; 3] {
     let sum = parts.iter().fold([0.0; 3], |sum, part| {
-        let said = part.displacement(features, terms);
-        std::array::from_fn(|c| sum[c] + said[c])
+        let displacement = part.displacement(features, terms);
+        std::array::from_fn(|c| sum[c] + displacement[c])
     });
     sum.map(|value| value / parts.len().max(1) as f64)
 }

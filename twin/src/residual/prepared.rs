@@ -18,8 +18,8 @@ pub(super) fn output_ranges(
     let (mut samples, mut terms) = (Vec::new(), Vec::new());
     for one in trajectories {
         for (i, (undone, gain)) in one.undone.iter().zip(&one.gain).enumerate() {
-            let said = linear.displacement(one.features_at(i), &mut terms);
-            let done = |a: usize| (0..3).map(|c| gain[a][c] * said[c]).sum::<f64>();
+            let displacement = linear.displacement(one.features_at(i), &mut terms);
+            let done = |a: usize| (0..3).map(|c| gain[a][c] * displacement[c]).sum::<f64>();
             samples.extend((0..3).map(|a| -undone[a] - done(a)));
         }
     }
@@ -93,9 +93,9 @@ impl LinearisedTrajectory {
     pub fn squares(&self, linear: &LinearPart) -> ([[f64; 3]; 2], f64) {
         let (mut sums, mut count, mut terms) = ([[0.0; 3]; 2], 0.0, Vec::new());
         for i in (0..self.gap.len()).filter(|&i| !self.gap[i]) {
-            let said = linear.displacement(self.features_at(i), &mut terms);
+            let displacement = linear.displacement(self.features_at(i), &mut terms);
             for a in 0..3 {
-                let added: f64 = (0..3).map(|c| self.gain[i][a][c] * said[c]).sum();
+                let added: f64 = (0..3).map(|c| self.gain[i][a][c] * displacement[c]).sum();
                 sums[0][a] += (1e3 * self.undone[i][a]).powi(2);
                 sums[1][a] += (1e3 * (self.undone[i][a] + added)).powi(2);
             }
@@ -164,13 +164,13 @@ pub(super) fn prepare(
         }
     }
     for (i, gain) in one.gain.iter().enumerate() {
-        let said = linear.displacement(one.features_at(i), &mut terms);
+        let displacement = linear.displacement(one.features_at(i), &mut terms);
         // A normalised output o means min + (o + 1)/2 (max - min).
         let half = |c: usize| 0.5 * (outputs.channels[c].max - outputs.channels[c].min);
         let middle = |c: usize| outputs.channels[c].min + half(c);
         prepared.gain.push(gain.map(|row| std::array::from_fn(|c| (1e3 * row[c] * half(c)) as f32)));
         prepared.offset.push(std::array::from_fn(|a| {
-            let constant: f64 = (0..3).map(|c| gain[a][c] * (said[c] + middle(c))).sum();
+            let constant: f64 = (0..3).map(|c| gain[a][c] * (displacement[c] + middle(c))).sum();
             (1e3 * (one.undone[i][a] + constant)) as f32
         }));
     }

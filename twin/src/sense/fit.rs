@@ -103,17 +103,18 @@ fn tension_errors(free: &[RecordingObservations], load: Option<&LoadModel>, peri
     // Without loads nothing is known but that twins err.
     let unknown = TensionErrors { force_scale: 1.0, walk_sqrt_n: 0.5, model_n: 5.0, load_n: 1.0 };
     let Some(load) = load else { return unknown };
-    let said = |steady: &Steady| load.tension(steady.load, steady.velocity);
+    let from_load = |steady: &Steady| load.tension(steady.load, steady.velocity);
     let pairs = || {
         let samples = free.iter().flat_map(|observed| &observed.samples);
-        samples.flat_map(|sample| sample.steady.iter().flatten().map(|steady| (said(steady), steady.twin)))
+        samples
+            .flat_map(|sample| sample.steady.iter().flatten().map(|steady| (from_load(steady), steady.twin)))
     };
     let square: f64 = pairs().map(|(_, twin)| twin * twin).sum();
     if square == 0.0 {
         return unknown;
     }
     let force_scale = pairs().map(|(tension, twin)| tension * twin).sum::<f64>() / square;
-    let error = |steady: &Steady| said(steady) - force_scale * steady.twin;
+    let error = |steady: &Steady| from_load(steady) - force_scale * steady.twin;
     let mean_square = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64;
     let model_n =
         mean_square(&pairs().map(|(tension, twin)| tension - force_scale * twin).collect::<Vec<_>>()).sqrt();
@@ -174,7 +175,7 @@ fn stiffness(known: &[KnownForce], period: f64) -> Option<(f64, f64)> {
     if jumps.len() < MIN_JUMPS {
         return None;
     }
-    let square: f64 = jumps.iter().map(|(said, _)| said.norm_squared()).sum();
+    let square: f64 = jumps.iter().map(|(from_load, _)| from_load.norm_squared()).sum();
     let share = jumps.iter().map(|(predicted, measured)| predicted.dot(measured)).sum::<f64>() / square;
     let left =
         |(predicted, measured): &(Vector3<f64>, Vector3<f64>)| (measured - share * predicted).norm_squared();

@@ -176,7 +176,7 @@ fn sensitivity_knows_the_friction_points_that_stick() {
         assert_eq!(stepper.state().slip, twin.rest().slip, "a point has slipped");
         twin.tip_of(stepper.state())
     };
-    let mut held_back = 0.0f64;
+    let mut stuck = 0.0f64;
     let h = 2e-6;
     for k in [0, 3, 6] {
         let (ahead, behind) = (tip(k, h), tip(k, -h));
@@ -186,11 +186,11 @@ fn sensitivity_knows_the_friction_points_that_stick() {
             // As without friction.
             let missed = (sensitivity[c][k] - difference[c]).abs();
             assert!(missed < 0.01 * size, "{} {} of {size}", sensitivity[c][k], difference[c]);
-            held_back = held_back.max((slipping[c][k] - difference[c]).abs() / size);
+            stuck = stuck.max((slipping[c][k] - difference[c]).abs() / size);
         }
         assert!(size > 0.01, "a derivative that tests nothing: {size}");
     }
-    assert!(held_back > 0.1, "friction that holds nothing: {held_back}");
+    assert!(stuck > 0.1, "friction that holds nothing: {stuck}");
 }
 
 #[test]

@@ -28,13 +28,13 @@ fn the_estimate_is_what_both_meshes_do() {
         let errors = [0.3e-3, 0.075e-3].map(|stroke| {
             let mut targets = [Target::Stroke(-0.02); 4];
             targets[0] = Target::Stroke(stroke);
-            let foreseen = locking.moved(&targets, 1.0).expect("an estimate");
+            let predicted = locking.moved(&targets, 1.0).expect("an estimate");
             // Under a stroke the tip may go as far, as ten-node tetrahedra sink in more around the tendon: they pull less.
-            assert!(foreseen.tension > 1.1 * foreseen.tension_quadratic, "{foreseen:?}");
+            assert!(predicted.tension > 1.1 * predicted.tension_quadratic, "{predicted:?}");
             let found = [pulled(&scene, &mesh, stroke), pulled(&scene, &quadratic, stroke)];
-            println!("{layers} layers, ν = {ratio}, {stroke} m: {foreseen:?}, found {found:?}");
+            println!("{layers} layers, ν = {ratio}, {stroke} m: {predicted:?}, found {found:?}");
             let errors =
-                [foreseen.tip / found[0] - 1.0, foreseen.tip_quadratic / found[1] - 1.0].map(f64::abs);
+                [predicted.tip / found[0] - 1.0, predicted.tip_quadratic / found[1] - 1.0].map(f64::abs);
             // First order: the neglected part is at most the bend s/r of the motion, and goes to zero with
             // it.
             assert!(errors.iter().all(|error| *error < stroke / scenes::TENDON_RADIUS), "{errors:?}");
@@ -79,11 +79,12 @@ fn a_rod_at_0_499_loses_six_tenths_of_its_motion() {
     let stroke = 2.5e-3;
     let found = [pulled(&scene, &mesh, stroke), pulled(&scene, &mesh.to_quadratic(), stroke)];
     let locking = Locking::new(&scene, &mesh).expect("a good scene").expect("a linear mesh");
-    let foreseen = locking.moved(&[Target::Stroke(stroke), Target::Stroke(-0.02)], 1.0).expect("an estimate");
-    println!("{foreseen:?}, found {found:?}");
+    let predicted =
+        locking.moved(&[Target::Stroke(stroke), Target::Stroke(-0.02)], 1.0).expect("an estimate");
+    println!("{predicted:?}, found {found:?}");
     // 3.5 mm across and 2.1 mm down with the mesh as it is.
     assert!((3.9e-3..4.3e-3).contains(&found[0]) && (10.3e-3..11.3e-3).contains(&found[1]), "{found:?}");
     // Each mesh adds a second order of its own, its bend of some 0.2 rad squared.
-    let ratio = (found[1] / found[0]) / foreseen.gain();
+    let ratio = (found[1] / found[0]) / predicted.gain();
     assert!((ratio - 1.0).abs() < 0.04, "{ratio}");
 }

@@ -77,9 +77,9 @@ fn where_a_tendon_sticks_its_stroke_moves_the_tip_less() {
     assert!(error < tolerance(EXACT), "{error}");
     let (_, free) = error_at(&mut smooth, &back);
     // Friction along half of the tendon's compliance keeps that half from giving way: less than all, more than nothing.
-    let held_back =
+    let lost =
         (0..3).flat_map(|c| (0..4).map(move |k| (c, k))).map(|(c, k)| (stuck[c][k] - free[c][k]).abs());
-    assert!(held_back.fold(0.0, f64::max) > 2.0 * error * stuck[0][0].abs(), "{stuck:?} {free:?}");
+    assert!(lost.fold(0.0, f64::max) > 2.0 * error * stuck[0][0].abs(), "{stuck:?} {free:?}");
 }
 
 fn commands(n: usize, of: impl Fn(usize) -> [f64; 4]) -> Recording {

@@ -102,8 +102,8 @@ fn reversals(record: usize, angle: &[f64], tension: &[f64], taut: f64) -> Vec<Re
             i += 1;
             continue;
         }
-        let goes_on = |j: &usize| angle[*j] <= angle[*j - 1] && tension[*j] > FOLLOWED * tension[i];
-        let end = (i + 1..angle.len()).find(|j| !goes_on(j)).unwrap_or(angle.len() - 1);
+        let continues = |j: &usize| angle[*j] <= angle[*j - 1] && tension[*j] > FOLLOWED * tension[i];
+        let end = (i + 1..angle.len()).find(|j| !continues(j)).unwrap_or(angle.len() - 1);
         if tension[i] > taut && angle[end] <= angle[end - 1] {
             let drift = drift(&angle[..=i], &tension[..=i]);
             let at = |j: usize| [angle[i] - angle[j], tension[j] - drift * (j - i) as f64];

@@ -94,11 +94,11 @@ fn passes(samples: &SteadySamples) -> Vec<Vec<usize>> {
     for series in &samples.series {
         let mut last: Option<usize> = None;
         for i in series.clone() {
-            let goes_on = last.is_some_and(|j: usize| {
+            let continues = last.is_some_and(|j: usize| {
                 samples.velocity[i] * samples.velocity[j] > 0.0
                     && samples.at[i] - samples.at[j] <= SteadyMotion::SPAN
             });
-            match passes.last_mut().filter(|_| goes_on) {
+            match passes.last_mut().filter(|_| continues) {
                 Some(pass) => pass.push(i),
                 None => passes.push(vec![i]),
             }

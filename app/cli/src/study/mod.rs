@@ -39,8 +39,8 @@ pub fn verb(arguments: &Arguments, passed_on: &[String], context: &Context) -> a
 
 /// Runs the verb; `passed_on` are options of all verbs.
 pub fn run(options: &Options, passed_on: &[String], context: &Context) -> anyhow::Result<Outcome> {
-    let carry_out = |out: &std::path::Path, study: &chain::Study, stages: &[chain::Stage]| {
+    let run_stages = |out: &std::path::Path, study: &chain::Study, stages: &[chain::Stage]| {
         Runner::new(out, &study.name, passed_on)?.run(stages)
     };
-    Ok(chain::run(options, carry_out, context)?)
+    Ok(chain::run(options, run_stages, context)?)
 }

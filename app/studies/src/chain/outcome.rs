@@ -91,7 +91,8 @@ pub struct Tracked {
     /// Lag behind the target [s].
     pub lag_s: Vec<Option<f64>>,
     /// Part of the samples in which a limit reduced a stroke.
-    pub held_back: f64,
+    #[serde(rename = "held_back")]
+    pub limited: f64,
     /// Part of the samples in which a network left its training range.
     pub extrapolating: f64,
 }
@@ -265,7 +266,7 @@ fn tracked_in(
         iou: rows.iter().map(|row| row.score.iou).collect(),
         aligned_rmse_m: rows.iter().map(|row| row.score.aligned_rmse_m).collect(),
         lag_s: rows.iter().map(|row| row.score.lag_s).collect(),
-        held_back: part("limited"),
+        limited: part("limited"),
         extrapolating: part("extrapolating"),
     };
     Ok((tracked, rows))

@@ -11,20 +11,20 @@ use super::stage::Stage;
 use super::stages::stages;
 use super::{outcome, page};
 
-/// Reads and checks a study and all that it names, and carries it out: `carry_out` is given the folder, the study
+/// Reads and checks a study and all that it names, and runs it: `run_stages` is given the folder, the study
 /// and its stages, and brings these to their end. Then writes the report.
 ///
 /// # Errors
 /// `BadInput` for an invalid study, and errors of the stages.
 pub fn run(
     options: &Options,
-    carry_out: impl FnOnce(&Path, &Study, &[Stage]) -> anyhow::Result<()>,
+    run_stages: impl FnOnce(&Path, &Study, &[Stage]) -> anyhow::Result<()>,
     context: &Context,
 ) -> Result<Outcome, WorkflowError> {
     let study = Study::read(&options.study)?;
     let out = options.out.clone().unwrap_or_else(|| Path::new("out").join(&study.name));
     let stages = stages(&study, &out);
-    carry_out(&out, &study, &stages)?;
+    run_stages(&out, &study, &stages)?;
     let (outcome, rows) = outcome::read(&out, &study, &stages, context)?;
     page::write(&out, &study, &stages, (&outcome, &rows))?;
     context.reported(&out);

@@ -142,11 +142,11 @@ pub fn clear_outputs(
 ) -> anyhow::Result<()> {
     let folder = out.join(&stage.folder);
     remove_unfinished(&folder)?;
-    let goes_on = stage.restart == Restart::GoesOn;
+    let can_resume = stage.restart == Restart::GoesOn;
     match status {
         StageStatus::Done => return Ok(()),
-        StageStatus::Begun if goes_on => return Ok(()),
-        StageStatus::Damaged(names) if goes_on => {
+        StageStatus::Begun if can_resume => return Ok(()),
+        StageStatus::Damaged(names) if can_resume => {
             for name in names.iter().filter(|name| folder.join(name).exists()) {
                 match stage.outdated {
                     Outdated::Remove => remove(&folder, name)?,

@@ -103,7 +103,7 @@ pub fn tracking_table(page: &mut Page, track: &Track, tracked: &[Tracked]) {
         } else {
             cells.extend(["not completed", "", "", "", ""].map(str::to_owned));
         }
-        cells.extend([percent(it.held_back), percent(it.extrapolating)]);
+        cells.extend([percent(it.limited), percent(it.extrapolating)]);
         cells
     };
     let headings = [&["Path", "Strokes by"][..], &NUMBERS, &["Limited [%]", "Outside training [%]"]].concat();

@@ -32,9 +32,9 @@ pub struct Steps<'a, 'b> {
 impl Steps<'_, '_> {
     /// Reports the next cell; false where the study is to end.
     pub fn begin(&mut self, cell: &str) -> bool {
-        let goes_on = (self.listener)(&StudyProgress { cell, done: self.done, training: None });
+        let continues = (self.listener)(&StudyProgress { cell, done: self.done, training: None });
         self.done[0] += 1;
-        goes_on
+        continues
     }
 }
 

@@ -35,26 +35,26 @@ pub fn at_once() -> NonZeroUsize {
 struct Queue<'a, R> {
     next: AtomicUsize,
     n: usize,
-    goes_on: AtomicBool,
+    is_running: AtomicBool,
     compute: Compute<'a, R>,
 }
 
 impl<R> Queue<'_, R> {
     /// Computes cells until there are no more, or the receiver is closed.
     fn work(&self, reports: &SyncSender<(usize, Report<R>)>) {
-        let tell = |k, report| reports.send((k, report)).is_ok() && self.goes_on.load(Ordering::Relaxed);
+        let report = |k, report| reports.send((k, report)).is_ok() && self.is_running.load(Ordering::Relaxed);
         loop {
             let k = self.next.fetch_add(1, Ordering::Relaxed);
-            if k >= self.n || !self.goes_on.load(Ordering::Relaxed) || !tell(k, Report::Begun) {
+            if k >= self.n || !self.is_running.load(Ordering::Relaxed) || !report(k, Report::Begun) {
                 return;
             }
-            let found = (self.compute)(k, &mut |p| tell(k, Report::Training(*p)));
-            tell(k, Report::Over(found));
+            let found = (self.compute)(k, &mut |p| report(k, Report::Training(*p)));
+            report(k, Report::Over(found));
         }
     }
 
     fn end(&self) {
-        self.goes_on.store(false, Ordering::Relaxed);
+        self.is_running.store(false, Ordering::Relaxed);
     }
 }
 
@@ -69,7 +69,7 @@ pub fn side_by_side<R: Send>(
     compute: Compute<'_, R>,
 ) -> Result<Option<Vec<R>>> {
     let n = names.len();
-    let queue = Queue { next: AtomicUsize::new(0), n, goes_on: AtomicBool::new(true), compute };
+    let queue = Queue { next: AtomicUsize::new(0), n, is_running: AtomicBool::new(true), compute };
     // Without a buffer, a training never runs ahead of a listener that ends it.
     let (sender, reports) = sync_channel(0);
     let mut found: Vec<Result<Option<R>>> = names.iter().map(|_| Ok(None)).collect();
@@ -124,11 +124,11 @@ mod tests {
     fn as_many_cells_as_asked_for_are_at_work_and_come_in_order() {
         // The first three wait for each other: fewer at a time would never end.
         let together = Barrier::new(3);
-        let compute = |k: usize, tell: &mut dyn FnMut(&TrainingProgress) -> bool| {
+        let compute = |k: usize, report: &mut dyn FnMut(&TrainingProgress) -> bool| {
             if k < 3 {
                 together.wait();
             }
-            Ok(tell(&STEP).then_some(10 * k))
+            Ok(report(&STEP).then_some(10 * k))
         };
         let mut reports = Vec::new();
         let mut listener = |p: &StudyProgress<'_>| {
@@ -147,8 +147,8 @@ mod tests {
 
     #[test]
     fn a_listener_and_an_error_end_what_is_at_work() {
-        let forever = |_: usize, tell: &mut dyn FnMut(&TrainingProgress) -> bool| {
-            while tell(&STEP) {}
+        let forever = |_: usize, report: &mut dyn FnMut(&TrainingProgress) -> bool| {
+            while report(&STEP) {}
             Ok(None::<()>)
         };
         let mut n_reports = 0;
@@ -158,9 +158,9 @@ mod tests {
         };
         assert!(side_by_side(three(), &NAMES, &mut listener, &forever).unwrap().is_none());
 
-        let fails = |k: usize, tell: &mut dyn FnMut(&TrainingProgress) -> bool| match k {
+        let fails = |k: usize, report: &mut dyn FnMut(&TrainingProgress) -> bool| match k {
             1 => Err(BadInput::new("b", "a cell", "none").into()),
-            _ => forever(k, tell),
+            _ => forever(k, report),
         };
         let error = side_by_side(three(), &NAMES, &mut |_| true, &fails).unwrap_err();
         assert!(error.to_string().contains("a cell"), "{error}");

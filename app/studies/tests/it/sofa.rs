@@ -12,9 +12,9 @@ use hysteron_twin::{Stepper, Target};
 
 /// Residuals that must stay below tolerances, all evaluated at the end.
 #[derive(Default)]
-struct Judge(Vec<String>);
+struct Limits(Vec<String>);
 
-impl Judge {
+impl Limits {
     fn check(&mut self, what: &str, residual: f64, tolerance: f64) {
         let scale: f64 = std::env::var("TOL_SCALE").map_or(1.0, |text| text.parse().unwrap());
         // NaN must not pass.
@@ -24,7 +24,7 @@ impl Judge {
     }
 }
 
-impl Drop for Judge {
+impl Drop for Limits {
     fn drop(&mut self) {
         assert!(std::thread::panicking() || self.0.is_empty(), "\n{}\n", self.0.join("\n"));
     }
@@ -47,16 +47,16 @@ fn edge_rotation_reproduces_sofa_polar_to_7_mm() {
         (MaterialLaw::CorotationalEdges, &curve, TO_7_MM),
     )
     .unwrap();
-    let mut judge = Judge::default();
+    let mut limits = Limits::default();
     // The file gives tips with twelve digits and tensions with six.
-    judge.check("tip", worst(&differences, |d| d.tip), 1e-8);
-    judge.check("tension", worst(&differences, |d| d.tension), 1e-5);
+    limits.check("tip", worst(&differences, |d| d.tip), 1e-8);
+    limits.check("tension", worst(&differences, |d| d.tension), 1e-5);
 }
 
 #[test]
 fn polar_rotation_deflects_as_sofa_polar_and_large() {
     let mesh = sofa_mesh(repository()).unwrap();
-    let mut judge = Judge::default();
+    let mut limits = Limits::default();
     // Another rotation of the same elements: the difference is a property of this coarse mesh. SOFA's polar
     // depends on the order of an element's nodes and drifts sideways, which the length of the deflection
     // leaves out and the distance of the tips does not.
@@ -67,8 +67,8 @@ fn polar_rotation_deflects_as_sofa_polar_and_large() {
     for (name, file, last, deflection, tip) in cases {
         let curve = Curve::read(repository(), file).unwrap();
         let differences = compare(repository(), &mesh, (MaterialLaw::Corotational, &curve, last)).unwrap();
-        judge.check(&format!("{name}: deflection"), worst(&differences, |d| d.deflection), deflection);
-        judge.check(&format!("{name}: tip"), worst(&differences, |d| d.tip), tip);
+        limits.check(&format!("{name}: deflection"), worst(&differences, |d| d.deflection), deflection);
+        limits.check(&format!("{name}: tip"), worst(&differences, |d| d.tip), tip);
     }
 }
 
@@ -86,9 +86,9 @@ fn delassus_at_rest_is_that_of_sofa() {
                 .unwrap();
         let delassus = Stepper::new(&twin).delassus(&twin).unwrap();
         assert_eq!(delassus.len(), reference.len());
-        let mut judge = Judge::default();
+        let mut limits = Limits::default();
         for (k, (w, reference)) in delassus.iter().zip(&reference).enumerate() {
-            judge.check(&format!("{law:?} W[{k}]"), (w / reference - 1.0).abs(), 1e-6);
+            limits.check(&format!("{law:?} W[{k}]"), (w / reference - 1.0).abs(), 1e-6);
         }
     }
 }
@@ -111,17 +111,17 @@ fn cables_that_only_pull_go_slack_opposite_the_pulled_one() {
     .unwrap();
     let both = solve(&twin, &strokes, antagonistic).unwrap();
     let one = solve(&twin, &strokes, |stroke| one_sided(N_PRIMARY, stroke)).unwrap();
-    let mut judge = Judge::default();
+    let mut limits = Limits::default();
     for k in 1..strokes.len() {
         assert_eq!(both[k].tensions[1..], [0.0; 3], "at {} mm", 1e3 * strokes[k]);
         let here = twin.tip_of(&both[k]);
         let difference = curve.difference(5 * k, here, both[k].tensions[0]);
         let name = |what: &str| format!("{what} at {:.0} mm", 1e3 * strokes[k]);
-        judge.check(&name("deflection"), difference.deflection, 0.015);
+        limits.check(&name("deflection"), difference.deflection, 0.015);
         let alone = twin.tip_of(&one[k]);
         let apart = (0..3).map(|c| (here[c] - alone[c]).abs()).fold(0.0, f64::max);
         // Both equilibria have a relative residual of 1e-10.
-        judge.check(&name("tip off the axis of the one-sided drive [m]"), apart, 1e-9);
+        limits.check(&name("tip off the axis of the one-sided drive [m]"), apart, 1e-9);
     }
 }
 
@@ -138,15 +138,15 @@ fn cables_that_may_push_follow_sofa() {
     .unwrap();
     twin.tendons.iter_mut().for_each(|tendon| tendon.tension = MAY_PUSH);
     let states = solve(&twin, &strokes, antagonistic).unwrap();
-    let mut judge = Judge::default();
+    let mut limits = Limits::default();
     for k in 1..strokes.len() {
         let difference = curve.difference(5 * k, twin.tip_of(&states[k]), states[k].tensions[0]);
         assert!(states[k].tensions[2] < 0.0, "the paid-out cable pushes");
         // As `large` next to the polar rotation.
         let name = |what: &str| format!("{what} at {:.0} mm", 1e3 * strokes[k]);
-        judge.check(&name("deflection"), difference.deflection, 0.015);
+        limits.check(&name("deflection"), difference.deflection, 0.015);
         // The rotations differ in tension by 0.5 % a millimetre.
-        judge.check(&name("tension"), difference.tension, 5.0 * strokes[k]);
+        limits.check(&name("tension"), difference.tension, 5.0 * strokes[k]);
     }
 }
 
@@ -174,7 +174,7 @@ fn auxiliary_cables_at_half_a_newton_have_sofa_lengths() {
     // The reference starts loaded: a row before it is rest.
     let strokes: Vec<f64> = std::iter::once(0.0).chain(curve.strokes.iter().copied()).collect();
     let states = solve(&twin, &strokes, command).unwrap();
-    let mut judge = Judge::default();
+    let mut limits = Limits::default();
     for (row, state) in states[1..].iter().enumerate() {
         let taken = twin.strokes_of(state);
         for (j, column) in lengths.iter().enumerate() {
@@ -182,7 +182,7 @@ fn auxiliary_cables_at_half_a_newton_have_sofa_lengths() {
             // The points lie outside the facets, where the programs choose other tetrahedra; beyond 7 mm
             // the difference of the rotations adds to it.
             let tolerance = if row <= 7 { 0.02 } else { 0.03 };
-            judge.check(&format!("a{j} at {row} mm [mm]"), (1e3 * length - column[row]).abs(), tolerance);
+            limits.check(&format!("a{j} at {row} mm [mm]"), (1e3 * length - column[row]).abs(), tolerance);
         }
     }
 }

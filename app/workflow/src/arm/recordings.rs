@@ -102,9 +102,9 @@ pub(crate) fn read(files: &[PathBuf]) -> anyhow::Result<Vec<Named>> {
         .iter()
         .map(|path| {
             let recording = crate::shared::memory::recording(path)?;
-            let said = recording.meta().extra.get("trajectory").cloned();
-            let parts: Vec<String> = match said {
-                Some(said) => said.split('/').map(str::to_owned).collect(),
+            let named = recording.meta().extra.get("trajectory").cloned();
+            let parts: Vec<String> = match named {
+                Some(named) => named.split('/').map(str::to_owned).collect(),
                 None => path.iter().map(|part| part.to_string_lossy().into_owned()).collect(),
             };
             let split = split_of(&parts);

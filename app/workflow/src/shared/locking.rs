@@ -206,9 +206,9 @@ pub struct RunLocking {
 }
 
 impl RunLocking {
-    /// Scales what was foreseen to what came.
-    pub fn new(foreseen: &LockedMove, reached: f64) -> Self {
-        Self { tip_m: reached, tip_ten_node_m: reached * foreseen.gain() }
+    /// Scales what was predicted to what came.
+    pub fn new(predicted: &LockedMove, reached: f64) -> Self {
+        Self { tip_m: reached, tip_ten_node_m: reached * predicted.gain() }
     }
 
     /// Warns where it is considerable.

@@ -46,16 +46,16 @@ impl<'a> Judged<'a> {
 }
 
 /// Adds the reasons from the parameters of a fit.
-pub fn parameters(judgement: Judgement, judged: &[Judged]) -> Judgement {
+pub fn parameters(assessment: Judgement, judged: &[Judged]) -> Judgement {
     if judged.is_empty() {
-        return judgement;
+        return assessment;
     }
     let share = |names: &[&str]| names.len() as f64 / judged.len() as f64;
     let on_bound: Vec<&str> =
         (judged.iter().filter(|judged| *judged.identifiability == Identifiability::AtBound))
             .map(|judged| &judged.name[..])
             .collect();
-    let judgement = judgement.because(
+    let assessment = assessment.because(
         Criterion::ParametersOnBound,
         share(&on_bound),
         match &on_bound[..] {
@@ -67,7 +67,7 @@ pub fn parameters(judgement: Judgement, judged: &[Judged]) -> Judgement {
     let names: Vec<&str> = open.iter().map(|judged| &judged.name[..]).collect();
     let mut consequences: Vec<&str> = open.iter().filter_map(|judged| judged.consequence).collect();
     consequences.dedup();
-    let judgement = judgement.because(
+    let assessment = assessment.because(
         Criterion::ParametersUndetermined,
         share(&names),
         match &names[..] {
@@ -86,12 +86,12 @@ pub fn parameters(judgement: Judgement, judged: &[Judged]) -> Judgement {
     };
     let worst = judged.iter().filter_map(relative).max_by(|a, b| a.0.total_cmp(&b.0));
     match worst {
-        Some((error, name)) => judgement.because(
+        Some((error, name)) => assessment.because(
             Criterion::RelativeStandardError,
             error,
             format!("{name} has a standard error of {:.0} % of its value", 100.0 * error),
         ),
-        None => judgement,
+        None => assessment,
     }
 }
 
@@ -102,7 +102,7 @@ pub fn ratio(error: f64, baseline: f64) -> f64 {
 
 /// Adds how the best of several methods compares with the `baseline` among them; `what` is measured, in `unit`.
 pub fn compared(
-    judgement: Judgement,
+    assessment: Judgement,
     (what, unit): (&str, &str),
     methods: &[(String, f64)],
     baseline: &str,
@@ -111,22 +111,22 @@ pub fn compared(
     let others = methods.iter().filter(|(name, error)| name != baseline && !error.is_nan());
     let best = others.min_by(|a, b| a.1.total_cmp(&b.1));
     match (simple, best) {
-        (Some((_, simple)), Some((name, best))) => judgement.because(
+        (Some((_, simple)), Some((name, best))) => assessment.because(
             Criterion::ErrorOverBaseline,
             ratio(*best, *simple),
             format!("{what}: {name} {} {unit}, {baseline} {} {unit}", digits(*best), digits(*simple)),
         ),
-        _ => judgement,
+        _ => assessment,
     }
 }
 
 /// Adds how often a result was repeated with another seed, robot or recording: `what`, counted.
-pub fn repeated(judgement: Judgement, repeats: usize, what: &str) -> Judgement {
+pub fn repeated(assessment: Judgement, repeats: usize, what: &str) -> Judgement {
     let statement = match repeats {
         1 => format!("a single {what} does not show the scatter"),
         n => format!("number of repeats, each another {what}: {n}"),
     };
-    judgement.because(Criterion::SingleRepeat, 1.0 / repeats.max(1) as f64, statement)
+    assessment.because(Criterion::SingleRepeat, 1.0 / repeats.max(1) as f64, statement)
 }
 
 /// Three digits that count.
@@ -169,7 +169,7 @@ mod tests {
         IdentifiedParameter { name: name.into(), start: 1.0, value, standard_error, identifiability }
     }
 
-    fn judge(estimates: &[IdentifiedParameter], consequence: Option<&'static str>) -> Verdict {
+    fn verdict_of(estimates: &[IdentifiedParameter], consequence: Option<&'static str>) -> Verdict {
         let judged: Vec<Judged> = estimates
             .iter()
             .map(|estimate| Judged::new(estimate.name.clone(), estimate, Kind::Size, consequence))
@@ -180,30 +180,30 @@ mod tests {
     #[test]
     fn a_bound_an_open_parameter_and_a_large_error_are_each_named() {
         let good = estimate("modulus", 2.0, Some(0.1), Identifiability::Fitted);
-        assert_eq!(judge(std::slice::from_ref(&good), None).sentence, "Usable: it holds.");
+        assert_eq!(verdict_of(std::slice::from_ref(&good), None).sentence, "Usable: it holds.");
         let bound = estimate("compliance", 0.0, None, Identifiability::AtBound);
-        let verdict = judge(&[good.clone(), bound.clone()], None);
+        let verdict = verdict_of(&[good.clone(), bound.clone()], None);
         assert_eq!(verdict.usability, Usability::UsableWithCare);
         assert!(verdict.sentence.contains("compliance ended on a bound"), "{}", verdict.sentence);
-        assert_eq!(judge(&[bound], None).usability, Usability::NotUsable);
+        assert_eq!(verdict_of(&[bound], None).usability, Usability::NotUsable);
         let open = estimate("friction", 0.3, None, Identifiability::Undetermined(vec![]));
-        let verdict = judge(&[good.clone(), open], Some("its hysteresis is assumed"));
+        let verdict = verdict_of(&[good.clone(), open], Some("its hysteresis is assumed"));
         assert!(verdict.sentence.contains("do not determine friction: its hysteresis is assumed"));
         let wide = estimate("damping", 1.0, Some(0.8), Identifiability::Fitted);
-        let verdict = judge(&[good, wide], None);
+        let verdict = verdict_of(&[good, wide], None);
         assert!(verdict.sentence.contains("damping has a standard error of 80 %"), "{}", verdict.sentence);
     }
 
     #[test]
     fn a_comparison_is_with_the_baseline_and_a_single_seed_says_so() {
         let methods = |best: f64| [("mean".to_owned(), 2.0), ("network".to_owned(), best)];
-        let judge = |best: f64, seeds: usize| {
+        let verdict_of = |best: f64, seeds: usize| {
             let judged = compared(Verdict::on("it holds"), ("error", "N"), &methods(best), "mean");
             repeated(judged, seeds, "seed").verdict()
         };
-        assert_eq!(judge(1.0, 3).usability, Usability::Usable);
-        assert_eq!(judge(1.0, 1).usability, Usability::UsableWithCare);
-        let lost = judge(2.1, 3);
+        assert_eq!(verdict_of(1.0, 3).usability, Usability::Usable);
+        assert_eq!(verdict_of(1.0, 1).usability, Usability::UsableWithCare);
+        let lost = verdict_of(2.1, 3);
         assert_eq!(lost.sentence, "Not usable: error: network 2.10 N, mean 2.00 N.");
     }
 

@@ -19,7 +19,7 @@ const POINT: f64 = 1e-6;
 
 pub(super) fn build(description: Description) -> Check<Model> {
     check_count(&description)?;
-    check_believed(&description)?;
+    check_plausible(&description)?;
     let children = children_of(&description)?;
     let root = root_of(&description)?;
     let mut sites = vec![Vec::new(); description.links.len()];
@@ -98,7 +98,7 @@ fn children_of(description: &Description) -> Check<Vec<Vec<usize>>> {
 }
 
 /// Refuses numbers that no machine has.
-fn check_believed(description: &Description) -> Check<()> {
+fn check_plausible(description: &Description) -> Check<()> {
     for link in &description.links {
         let Some(inertia) = link.inertia else { continue };
         MASS.check(&link.place, inertia.mass)?;

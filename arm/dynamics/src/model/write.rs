@@ -281,13 +281,13 @@ impl Model {
 
     /// The body of a joint, or the base.
     fn body(&self, joint: Option<usize>, origin: BodyOrigin) -> WrittenBody<'_> {
-        let is_said = |frame: &&Frame| match origin {
+        let is_given = |frame: &&Frame| match origin {
             BodyOrigin::AtJoint => true,
             // MJCF has a world of its own.
             BodyOrigin::Anywhere => !(frame.name.ends_with(PIVOT) || joint.is_none() && frame.name == WORLD),
         };
         let own: Vec<&Frame> =
-            self.frames.iter().filter(|frame| frame.joint == joint).filter(is_said).collect();
+            self.frames.iter().filter(|frame| frame.joint == joint).filter(is_given).collect();
         let fits = |frame: &&&Frame| origin == BodyOrigin::Anywhere || frame.pose.position == [0.0; 3];
         let main = own.iter().find(fits).copied();
         let fallback = joint.map_or("base", |joint| self.joints[joint].name.as_str());

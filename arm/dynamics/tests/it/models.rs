@@ -196,7 +196,7 @@ fn numbers_that_cannot_be_are_told() {
     ] {
         let any = ReadOptions { masses: Masses::Any, ..ReadOptions::default() };
         let model = Model::from_text_with(&text(mass, &inertia), "r.urdf", None, &any).unwrap();
-        let said = model.suspicions().join("\n");
-        assert!(said.contains(expected), "{expected}: {said}");
+        let warnings = model.suspicions().join("\n");
+        assert!(warnings.contains(expected), "{expected}: {warnings}");
     }
 }

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector, Matrix4};
 
 use super::motion::{JointMotion, rms_left};
 use super::normal::{JointNormal, JointTerm, RegressionColumns};
-use super::pseudo_inertia::{InertialParameters, believable, divergence, matrix};
+use super::pseudo_inertia::{InertialParameters, divergence, matrix, nearest_consistent};
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_dynamics::spatial::Inertia;
 
@@ -120,24 +120,23 @@ pub fn identify_bodies(
             found,
         ));
     }
-    let believed = BodyPrior::new(model, options)?;
+    let prior = BodyPrior::new(model, options)?;
     let normals = columns.normals(motion);
     let rows = motion.n_samples() as f64;
     let mut variances: Vec<f64> =
         normals.iter().map(|normal| (normal.square / rows).max(SMALLEST_VARIANCE)).collect();
-    let mut parameters = believed.start();
+    let mut parameters = prior.start();
     for _ in 0..ROUNDS {
         let sum = weighed(&normals, &variances);
-        parameters = believed.minimum(&sum, parameters);
+        parameters = prior.minimum(&sum, parameters);
         let error = |normal: &JointNormal| (normal.error(&parameters) / rows).max(SMALLEST_VARIANCE);
         variances = normals.iter().map(error).collect();
     }
     let sum = weighed(&normals, &variances);
-    parameters = believed.minimum(&sum, parameters);
+    parameters = prior.minimum(&sum, parameters);
     let rms = normals.iter().map(|normal| (normal.error(&parameters) / rows).max(0.0).sqrt()).collect();
     // Neighbouring residuals are correlated: their effective number decides the standard errors, not the weights.
-    let curvature =
-        believed.hessian(&weighed(&normals, &spreads(&columns, motion, &parameters)), &parameters);
+    let curvature = prior.hessian(&weighed(&normals, &spreads(&columns, motion, &parameters)), &parameters);
     let covariance =
         curvature.cholesky().map_or_else(|| DMatrix::zeros(columns.n(), columns.n()), |c| c.inverse());
     let (n_determined, condition, together) = determined(&sum.matrix);
@@ -148,7 +147,7 @@ pub fn identify_bodies(
         determined: if together[k] { Determined::Together } else { Determined::Alone },
     };
     Ok(BodyFit {
-        model: believed.arm(&parameters),
+        model: prior.arm(&parameters),
         estimates: (0..columns.n()).map(estimate).collect(),
         rms,
         n_determined,
@@ -231,7 +230,7 @@ impl<'a> BodyPrior<'a> {
         let bodies: Vec<InertialParameters> = model
             .joints()
             .iter()
-            .map(|joint| InertialParameters::from(believable(&joint.inertia).parameters()))
+            .map(|joint| InertialParameters::from(nearest_consistent(&joint.inertia).parameters()))
             .collect();
         let inverse = |(body, joint): (&InertialParameters, &hysteron_arm_dynamics::Joint)| {
             matrix(body).cholesky().map(|cholesky| cholesky.inverse()).ok_or_else(|| {

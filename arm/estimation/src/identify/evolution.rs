@@ -11,7 +11,7 @@ use nalgebra::DVector;
 use super::bodies::BodyOptions;
 use super::motion::JointMotion;
 use super::normal::{JointNormal, JointTerm, RegressionColumns};
-use super::pseudo_inertia::{InertialParameters, believable, matrix};
+use super::pseudo_inertia::{InertialParameters, matrix, nearest_consistent};
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_dynamics::spatial::Inertia;
 
@@ -97,7 +97,7 @@ fn genes(model: &Model, terms: &[JointTerm], normals: &[JointNormal]) -> Vec<Par
     };
     let mut genes = Vec::new();
     for joint in model.joints() {
-        let body = believable(&joint.inertia);
+        let body = nearest_consistent(&joint.inertia);
         let name = |what: &str| format!("{}: {what}", joint.name);
         genes.push(gene(name("mass"), MASSES.map(|factor| factor * body.mass)));
         let second = body.second_about_centre();

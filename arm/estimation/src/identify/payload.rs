@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, SMatrix};
 
 use super::bodies::{BodyFit, Determined, TermEstimate};
 use super::motion::JointMotion;
-use super::pseudo_inertia::{InertialParameters, believable, divergence, matrix};
+use super::pseudo_inertia::{InertialParameters, divergence, matrix, nearest_consistent};
 use hysteron_arm_dynamics::spatial::Inertia;
 use hysteron_arm_dynamics::{Data, Model, regressor};
 
@@ -22,9 +22,9 @@ pub struct PayloadFit {
 }
 
 /// Prior of a payload: a kilogramme within five centimetres [kg], [m].
-const BELIEVED_MASS: f64 = 1.0;
-const BELIEVED_RADIUS: f64 = 0.05;
-/// Weight of that belief, in independent samples of one joint [-].
+const PRIOR_MASS: f64 = 1.0;
+const PRIOR_RADIUS: f64 = 0.05;
+/// Weight of that prior, in independent samples of one joint [-].
 const PRIOR: f64 = 1.0;
 const MAX_STEPS: usize = 100;
 /// Variance that a joint's torque never falls below: rounding of simulated data [N² m²].
@@ -56,9 +56,9 @@ pub fn identify_payload(bare: &BodyFit, frame: &str, motion: &JointMotion) -> Re
     let without: Vec<f64> =
         bare.torques(motion).iter().zip(&motion.tau).map(|(found, measured)| measured - found).collect();
     let columns = columns(model, motion, joint, &placed);
-    let believed = believed();
+    let prior = prior();
     let mut variances: Vec<f64> = (0..n).map(|j| variance(&without, n, j)).collect();
-    let mut found = InertialParameters::from(believed.parameters());
+    let mut found = InertialParameters::from(prior.parameters());
     for _ in 0..3 {
         found = minimum(&columns, &without, &variances, found)?.0;
         let left = left(&columns, &without, &found);
@@ -83,10 +83,10 @@ pub fn identify_payload(bare: &BodyFit, frame: &str, motion: &JointMotion) -> Re
     })
 }
 
-fn believed() -> Inertia<f64> {
+fn prior() -> Inertia<f64> {
     // So wide in every direction, a body has twice m r² about every axis.
-    let moment = 2.0 * BELIEVED_MASS * BELIEVED_RADIUS * BELIEVED_RADIUS;
-    believable(&Inertia::about_centre(BELIEVED_MASS, [0.0; 3], [moment, 0.0, moment, 0.0, 0.0, moment]))
+    let moment = 2.0 * PRIOR_MASS * PRIOR_RADIUS * PRIOR_RADIUS;
+    nearest_consistent(&Inertia::about_centre(PRIOR_MASS, [0.0; 3], [moment, 0.0, moment, 0.0, 0.0, moment]))
 }
 
 /// Regressor of the payload: derivatives of every torque by its ten inertial parameters (10 × rows).
@@ -133,17 +133,17 @@ fn minimum(
         square += row * row.transpose() / variances[k % n];
         side += row * (torques[k] / variances[k % n]);
     }
-    let Some(believed) = matrix(&InertialParameters::from(believed().parameters())).try_inverse() else {
+    let Some(prior) = matrix(&InertialParameters::from(prior().parameters())).try_inverse() else {
         return Err(BadInput::new("payload", "a body that can exist", "none"));
     };
     let cost = |x: &InertialParameters| {
-        let divergence = PRIOR * divergence(x, &believed)?.0;
+        let divergence = PRIOR * divergence(x, &prior)?.0;
         Some((0.5 * (x.transpose() * square * x)[0] - side.dot(x)) + divergence)
     };
     let mut x = start;
     let mut curvature = square;
     for _ in 0..MAX_STEPS {
-        let Some((_, gradient, hessian)) = divergence(&x, &believed) else { break };
+        let Some((_, gradient, hessian)) = divergence(&x, &prior) else { break };
         let gradient = square * x - side + PRIOR * gradient;
         curvature = square + PRIOR * hessian;
         let Some(step) = inverse(&curvature).map(|inverse| -inverse * gradient) else { break };

@@ -29,7 +29,7 @@ const MIN_MASS: f64 = 1e-3;
 const MIN_RADIUS: f64 = 0.01;
 
 /// The nearest body that can exist and has some width in every direction: its own centre, no less mass, no less width.
-pub fn believable(inertia: &Inertia<f64>) -> Inertia<f64> {
+pub fn nearest_consistent(inertia: &Inertia<f64>) -> Inertia<f64> {
     let mass = inertia.mass.max(MIN_MASS);
     let [xx, xy, yy, xz, yz, zz] = inertia.second_about_centre();
     let second = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);

@@ -129,7 +129,7 @@ pub fn fit_gaussian_process(
     offset: &[f64],
     lengths: &[f64],
     most: usize,
-    goes_on: GoesOn<'_>,
+    continues: GoesOn<'_>,
 ) -> Result<Option<GaussianFit>, BadInput> {
     let n = training.n_joints;
     let spreads = training.deviations(&training.tau);
@@ -145,7 +145,7 @@ pub fn fit_gaussian_process(
     for length in lengths {
         let mut errors = [0.0; NOISES.len()];
         for fold in &folds {
-            if !goes_on() {
+            if !continues() {
                 return Ok(None);
             }
             let rows = spread(training, &fold.training, most);

@@ -38,14 +38,14 @@ pub type GoesOn<'a> = &'a mut dyn FnMut() -> bool;
 pub fn choose_penalty(
     parts: &[NormalEquations],
     errors: &dyn Fn(&[f64], &[usize]) -> f64,
-    goes_on: GoesOn<'_>,
+    continues: GoesOn<'_>,
 ) -> Result<Option<Choice>, BadInput> {
     let folds = folds(parts.len(), FOLDS.min(parts.len()))?;
     let mut best = Choice { penalty: PENALTIES[0], validation: f64::INFINITY };
     let sums: Vec<NormalEquations> =
         folds.iter().map(|fold| total(parts, fold.training.iter().copied())).collect();
     for penalty in PENALTIES {
-        if !goes_on() {
+        if !continues() {
             return Ok(None);
         }
         let errors = folds.iter().zip(&sums).map(|(fold, sum)| errors(&sum.solve(penalty), &fold.test));
@@ -66,14 +66,14 @@ pub fn fit_rigid_body(
     features: &RigidFeatures<'_>,
     training: &ArmSamples,
     stride: usize,
-    goes_on: GoesOn<'_>,
+    continues: GoesOn<'_>,
 ) -> Result<Option<(Vec<f64>, Choice, NormalEquations)>, BadInput> {
     let parts = features.normal_equations(training, stride);
     let errors = |weights: &[f64], test: &[usize]| {
         let part = training.select(test.iter().copied());
         1.0 - TorqueScores::of(part.n_joints, &part.tau, &features.predict(weights, &part)).mean_r2()
     };
-    let Some(choice) = choose_penalty(&parts, &errors, goes_on)? else { return Ok(None) };
+    let Some(choice) = choose_penalty(&parts, &errors, continues)? else { return Ok(None) };
     let sums = total(&parts, 0..parts.len());
     Ok(Some((sums.solve(choice.penalty), choice, sums)))
 }
@@ -101,7 +101,7 @@ pub fn fit_fourier(
     offset: &[f64],
     lengths: &[f64],
     (n_features, stride, seed): (usize, usize, u64),
-    goes_on: GoesOn<'_>,
+    continues: GoesOn<'_>,
 ) -> Result<Option<FourierFit>, BadInput> {
     let n = training.n_joints;
     let targets: Vec<f64> = training.tau.iter().zip(offset).map(|(t, o)| t - o).collect();
@@ -119,7 +119,7 @@ pub fn fit_fourier(
             let sum: Vec<f64> = found.iter().zip(offset).map(|(f, o)| f + o).collect();
             1.0 - TorqueScores::of(n, &part.tau, &sum).mean_r2()
         };
-        let Some(choice) = choose_penalty(&parts, &errors, goes_on)? else { return Ok(None) };
+        let Some(choice) = choose_penalty(&parts, &errors, continues)? else { return Ok(None) };
         if best.as_ref().is_none_or(|best| choice.validation < best.choice.validation) {
             let weights = total(&parts, 0..parts.len()).solve(choice.penalty);
             best = Some(FourierFit { features, weights, choice, length: *length });

@@ -55,13 +55,13 @@ impl ComparedTask {
     fn conditions(&self) -> Vec<ConditionEstimate> {
         match &self.sensed {
             Some(all) => all.iter().map(ConditionEstimate::of).collect(),
-            None => self.rollouts.iter().map(said).collect(),
+            None => self.rollouts.iter().map(estimates).collect(),
         }
     }
 }
 
 /// Condition estimate of the watched motor by a rollout.
-fn said(rollout: &ArmRollout) -> ConditionEstimate {
+fn estimates(rollout: &ArmRollout) -> ConditionEstimate {
     ConditionEstimate { network: rollout.condition.clone(), ..ConditionEstimate::default() }
 }
 
@@ -181,7 +181,7 @@ impl<'a> BaselineComparison<'a> {
         };
         let all: Vec<Trajectory> = tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
         let conditions: Vec<Vec<f64>> =
-            tasks.iter().flat_map(ComparedTask::conditions).map(|said| said.network).collect();
+            tasks.iter().flat_map(ComparedTask::conditions).map(|estimates| estimates.network).collect();
         ActuatorComparison {
             format: ComparisonFormat::Evaluation,
             version: 2,
@@ -206,8 +206,9 @@ impl<'a> BaselineComparison<'a> {
         let trajectories: Vec<Trajectory> = tasks.iter().flat_map(|task| task.trajectories.clone()).collect();
         let all: Vec<_> = tasks.iter().map(|task| task.forces(contact)).collect();
         ForcesBySource::from_fn(|k| {
-            let said: Option<Vec<Vec<ForceEstimates>>> = all.iter().map(|task| task[k].clone()).collect();
-            force_scores(&trajectories, &said?.concat(), (usize::MAX, self.actuator.contact))
+            let estimates: Option<Vec<Vec<ForceEstimates>>> =
+                all.iter().map(|task| task[k].clone()).collect();
+            force_scores(&trajectories, &estimates?.concat(), (usize::MAX, self.actuator.contact))
         })
     }
 
@@ -239,7 +240,7 @@ impl<'a> BaselineComparison<'a> {
             Some(sensing) => {
                 Ok(ConditionEstimate::of(&sensing.along(arm.as_ref().map_err(Clone::clone)?, about, one)?))
             }
-            None => Ok(said(&roll_out(actuator, simulation, one, TelemetrySource::Recorded))),
+            None => Ok(estimates(&roll_out(actuator, simulation, one, TelemetrySource::Recorded))),
         };
         let known = parallel::try_map::<_, _, BadInput>(&training, of)?;
         let tasks = || tasks.iter().filter(|task| task.name.starts_with(begin));
@@ -259,8 +260,8 @@ impl<'a> BaselineComparison<'a> {
             let joint = |k: usize| positions.iter().skip(k).step_by(m).take(rows).copied().collect();
             (0..features.joints).map(joint).collect()
         };
-        let z = |said: Option<Vec<ForceEstimates>>| -> Option<Vec<f64>> {
-            Some(said?.first()?.0.iter().take(rows).map(|force| force[2]).collect())
+        let z = |estimates: Option<Vec<ForceEstimates>>| -> Option<Vec<f64>> {
+            Some(estimates?.first()?.0.iter().take(rows).map(|force| force[2]).collect())
         };
         Some(TaskTrace {
             task: task.name.clone(),

@@ -144,7 +144,7 @@ impl Windows {
     fn of(
         (model, features, friction): (&Model, &FeatureLayout, &CurrentLine),
         trajectories: &[Trajectory],
-        said: &[ConditionEstimate],
+        estimates: &[ConditionEstimate],
     ) -> Self {
         let mut all = Self::default();
         for (k, trajectory) in trajectories.iter().enumerate() {
@@ -156,10 +156,13 @@ impl Windows {
                 let size: Vec<f64> = signals[0][start..start + WINDOW.0].iter().map(|x| x.abs()).collect();
                 all.simple[0].push(-mean(&size));
                 all.simple[1].push(-mean(&excess[start..start + WINDOW.0]));
-                if let Some(said) = said.get(k).filter(|said| !said.network.is_empty()) {
-                    all.network.push(mean(&said.network[start..said.network.len().min(start + WINDOW.0)]));
+                if let Some(estimates) = estimates.get(k).filter(|estimates| !estimates.network.is_empty()) {
+                    all.network
+                        .push(mean(&estimates.network[start..estimates.network.len().min(start + WINDOW.0)]));
                 }
-                if let Some(evidence) = said.get(k).and_then(|said| said.evidence.get(start + WINDOW.0 - 1)) {
+                if let Some(evidence) =
+                    estimates.get(k).and_then(|estimates| estimates.evidence.get(start + WINDOW.0 - 1))
+                {
                     all.evidence.push(*evidence);
                 }
                 all.is_healthy.push(is_healthy);
@@ -182,7 +185,7 @@ impl Windows {
     }
 }
 
-/// Detectors of the watched motor's condition on `test`, fitted to `training`; `said` are the estimates for every sample of the trajectories
+/// Detectors of the watched motor's condition on `test`, fitted to `training`; `estimates` are the estimates for every sample of the trajectories
 /// of `training` and `test`.
 ///
 /// # Errors
@@ -190,7 +193,7 @@ impl Windows {
 pub fn detectors(
     (model, features): (&Model, &FeatureLayout),
     [training, test]: [&[Trajectory]; 2],
-    said: [&[ConditionEstimate]; 2],
+    estimates: [&[ConditionEstimate]; 2],
 ) -> Result<Vec<DetectorScores>, BadInput> {
     for (name, part) in [("training recordings", training), ("test recordings", test)] {
         let has =
@@ -205,7 +208,7 @@ pub fn detectors(
     }
     let healthy: Vec<&Trajectory> = training.iter().filter(|one| one.is_healthy == Some(true)).collect();
     let about = (model, features, &CurrentLine::fit(model, features, &healthy));
-    let (known, asked) = (Windows::of(about, training, said[0]), Windows::of(about, test, said[1]));
+    let (known, asked) = (Windows::of(about, training, estimates[0]), Windows::of(about, test, estimates[1]));
     let [x, y] = [known.scaled(&known), asked.scaled(&known)];
     let mut all = Vec::new();
     let mut add = |name: &'static str, scores: [&[f64]; 2]| {

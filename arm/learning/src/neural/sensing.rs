@@ -187,8 +187,8 @@ impl<'m> SensingRunner<'m> {
         for (k, (to, x)) in self.token.iter_mut().zip(&self.channels).enumerate() {
             *to = self.scale.at(k, *x).0 as f32;
         }
-        let said = self.runner.step(&self.token);
-        self.outputs.iter_mut().zip(said).for_each(|(to, y)| *to = f64::from(*y));
+        let outputs_of_step = self.runner.step(&self.token);
+        self.outputs.iter_mut().zip(outputs_of_step).for_each(|(to, y)| *to = f64::from(*y));
         let heading = self.observations.heading();
         heading.add_force(&self.heads, (sample[1][0], &force), &mut self.outputs);
         let outputs = &self.outputs;

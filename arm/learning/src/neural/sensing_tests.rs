@@ -111,7 +111,7 @@ fn force_and_condition_are_learned_beyond_the_observer_and_training_goes_on_bit_
     let sensing = Sensing { network: whole.model, scale, known: known.clone() };
     let sensed: Vec<SensedTrajectory> =
         test.iter().map(|one| sensing.along(&model, (&features, PERIOD), one).unwrap()).collect();
-    let said: Vec<_> = sensed.iter().map(|one| (one.force.clone(), one.gate.clone())).collect();
+    let estimated: Vec<_> = sensed.iter().map(|one| (one.force.clone(), one.gate.clone())).collect();
     let alone: Vec<_> = test
         .iter()
         .map(|one| {
@@ -120,7 +120,8 @@ fn force_and_condition_are_learned_beyond_the_observer_and_training_goes_on_bit_
             (forces[1].clone(), forces[1].iter().map(gate).collect::<Vec<f64>>())
         })
         .collect();
-    let [with, without] = [&said, &alone].map(|all| force_scores(&test, all, (usize::MAX, 0.3)).unwrap());
+    let [with, without] =
+        [&estimated, &alone].map(|all| force_scores(&test, all, (usize::MAX, 0.3)).unwrap());
     // Errors of friction along axes that no weight acts on are learned first.
     assert!(with.loaded_mean_of_axes_n < 0.8 * without.loaded_mean_of_axes_n, "{with:?} {without:?}");
     assert!(

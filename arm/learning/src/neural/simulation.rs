@@ -308,7 +308,9 @@ impl ArmSimulation {
     /// Gradients by states and torques of a step from those by the states after it, `weights`.
     pub fn step_back(&self, states: &[f64], asked: MotorCommand<'_>, weights: &[f64]) -> [Vec<f64>; 2] {
         let torques = asked.torques;
-        let Some(mover) = self.options.mover() else { return self.hold_back(states, torques, weights) };
+        let Some(mover) = self.options.mover() else {
+            return self.friction_backward(states, torques, weights);
+        };
         let mut path = vec![states.to_vec()];
         for part in 1..self.options.substeps {
             let driven = self.driven(mover, &path[part - 1], asked);
@@ -320,7 +322,7 @@ impl ArmSimulation {
         let (mut by_state, mut by_torque) = (weights.to_vec(), vec![0.0; torques.len()]);
         for states in path.iter().rev() {
             let driven = self.driven(mover, states, asked);
-            let [mut by_before, by_driven] = self.hold_back(states, &driven, &by_state);
+            let [mut by_before, by_driven] = self.friction_backward(states, &driven, &by_state);
             for (at, (by_driven, torque)) in by_driven.iter().zip(torques).enumerate() {
                 let (row, k) = (at / m, at % m);
                 let (free, [by_angle, by_speed]) = own_torque(mover, states, asked, (at, m));
@@ -378,7 +380,7 @@ impl ArmSimulation {
     }
 
     /// The gradient of [`Self::hold`].
-    fn hold_back(&self, states: &[f64], torques: &[f64], weights: &[f64]) -> [Vec<f64>; 2] {
+    fn friction_backward(&self, states: &[f64], torques: &[f64], weights: &[f64]) -> [Vec<f64>; 2] {
         let (m, n) = (self.features.motors(), self.features.joints);
         let (initial, tau) = (self.of_arm(states, 2), self.of_arm(torques, 1));
         let mut after = vec![0.0; initial.len()];

@@ -86,7 +86,7 @@ fn assert_alone(found: &[Warning], kind: Finding, severity: Severity, channel: &
     assert!(one.value != one.limit, "{one:?}");
 }
 
-fn doubted(change: impl FnOnce(&mut Robot), kind: Finding, channel: &str) {
+fn assert_warning(change: impl FnOnce(&mut Robot), kind: Finding, channel: &str) {
     let mut robot = Robot::new(1);
     change(&mut robot);
     assert_alone(&robot.found(), kind, Severity::Warning, channel);
@@ -115,21 +115,21 @@ fn clean_recordings_are_not_doubted() {
 fn stamps_in_another_unit_are_doubted() {
     let scaled =
         |factor: f64| move |robot: &mut Robot| robot.time.iter_mut().for_each(|time| *time *= factor);
-    doubted(scaled(1e3), Finding::TimeUnit, "time_s");
-    doubted(scaled(1e-3), Finding::TimeUnit, "time_s");
+    assert_warning(scaled(1e3), Finding::TimeUnit, "time_s");
+    assert_warning(scaled(1e-3), Finding::TimeUnit, "time_s");
 }
 
 #[test]
 fn gaps_and_uneven_or_repeated_stamps_are_doubted() {
-    doubted(|robot| robot.gap[300..330].fill(true), Finding::Gap, "gap");
-    doubted(|robot| robot.time[700..].iter_mut().for_each(|t| *t += 0.5), Finding::Gap, "time_s");
+    assert_warning(|robot| robot.gap[300..330].fill(true), Finding::Gap, "gap");
+    assert_warning(|robot| robot.time[700..].iter_mut().for_each(|t| *t += 0.5), Finding::Gap, "time_s");
     let uneven = |robot: &mut Robot| {
         let mut stream = rng(3, "jitter");
         for time in &mut robot.time {
             *time += 0.0025 * normal(&mut stream).clamp(-1.9, 1.9);
         }
     };
-    doubted(uneven, Finding::UnevenTime, "time_s");
+    assert_warning(uneven, Finding::UnevenTime, "time_s");
     let repeated = |robot: &mut Robot| robot.time[500] = robot.time[499] + 1e-6;
     let mut robot = Robot::new(1);
     repeated(&mut robot);
@@ -144,10 +144,10 @@ fn lengths_in_another_unit_are_doubted_and_a_robot_of_60_m_is_refused() {
     let strokes =
         |factor: f64| move |robot: &mut Robot| robot.strokes.iter_mut().flatten().for_each(|x| *x *= factor);
     refused(tip(1e3), Finding::Unit, "tip");
-    doubted(tip(1e-3), Finding::Unit, "tip, strokes");
-    doubted(tip(100.0), Finding::Unit, "tip");
-    doubted(strokes(1e3), Finding::Unit, "strokes");
-    doubted(strokes(1e-3), Finding::Unit, "tip, strokes");
+    assert_warning(tip(1e-3), Finding::Unit, "tip, strokes");
+    assert_warning(tip(100.0), Finding::Unit, "tip");
+    assert_warning(strokes(1e3), Finding::Unit, "strokes");
+    assert_warning(strokes(1e-3), Finding::Unit, "tip, strokes");
 }
 
 #[test]
@@ -168,13 +168,13 @@ fn frozen_tips_and_orientations_are_found() {
             axis[400..480].fill(held);
         });
     };
-    doubted(stretch, Finding::Frozen, "tip");
+    assert_warning(stretch, Finding::Frozen, "tip");
     let identity = |robot: &mut Robot| {
         for (name, value) in [("tip_qw", 1.0), ("tip_qx", 0.0), ("tip_qy", 0.0), ("tip_qz", 0.0)] {
             robot.others.push(Channel::new(name, vec![value; N]));
         }
     };
-    doubted(identity, Finding::Frozen, "tip_qw … tip_qz");
+    assert_warning(identity, Finding::Frozen, "tip_qw … tip_qz");
     let zero = |robot: &mut Robot| {
         for name in ["tip_qw", "tip_qx", "tip_qy", "tip_qz"] {
             robot.others.push(Channel::new(name, vec![0.0; N]));
@@ -200,24 +200,28 @@ fn held_and_repeated_rows_are_told_from_each_other() {
             robot.tip.iter_mut().for_each(|axis| axis[row] = axis[row - 1]);
         }
     };
-    doubted(repeated, Finding::DuplicatedRow, "all measured");
+    assert_warning(repeated, Finding::DuplicatedRow, "all measured");
 }
 
 #[test]
 fn spikes_wraps_and_clipping_are_found_at_their_rows() {
-    doubted(|robot| robot.tip[0][777] += 0.02, Finding::Spike, "tip_x_m");
-    doubted(|robot| robot.tip[0][777..779].iter_mut().for_each(|x| *x += 0.02), Finding::Spike, "tip_x_m");
+    assert_warning(|robot| robot.tip[0][777] += 0.02, Finding::Spike, "tip_x_m");
+    assert_warning(
+        |robot| robot.tip[0][777..779].iter_mut().for_each(|x| *x += 0.02),
+        Finding::Spike,
+        "tip_x_m",
+    );
     let mut turned = arm(1.0, 1.0);
     // The motion of a joint that turns on, and a sensor of one turn.
     let q: Vec<f64> = turned.time.iter().map(|t| (1.3 * t).rem_euclid(std::f64::consts::TAU)).collect();
     turned.others = vec![Channel::new("q_1_rad", q)];
     assert_alone(&turned.found(), Finding::Wrap, Severity::Warning, "q_1_rad");
-    doubted(
+    assert_warning(
         |robot| robot.tip[0].iter_mut().for_each(|x| *x = x.clamp(-0.02, 0.02)),
         Finding::Saturation,
         "tip_x_m",
     );
-    doubted(
+    assert_warning(
         |robot| robot.tip[1].iter_mut().for_each(|x| *x = (*x / 2e-3).round() * 2e-3),
         Finding::Quantisation,
         "tip_y_m",
@@ -226,7 +230,7 @@ fn spikes_wraps_and_clipping_are_found_at_their_rows() {
         let flags = (0..N).map(|i| if i < 200 { 1.0 } else { 0.0 });
         robot.others.push(Channel::new("limited", flags.collect()));
     };
-    doubted(limited, Finding::Saturation, "limited");
+    assert_warning(limited, Finding::Saturation, "limited");
 }
 
 #[test]
@@ -282,7 +286,7 @@ fn delays_are_estimated_to_a_few_milliseconds() {
         assert!((found[0].value - by as f64 / RATE).abs() < 0.3 / RATE, "{} for {by}", found[0].value);
     }
     let early = |robot: &mut Robot| robot.strokes.iter_mut().for_each(|s| *s = Robot::late(s, 6));
-    doubted(early, Finding::Delay, "tip, strokes");
+    assert_warning(early, Finding::Delay, "tip, strokes");
     // Five rows, 50 ms, are a servo and a tracker.
     let mut robot = Robot::new(2);
     robot.tip.iter_mut().for_each(|axis| *axis = Robot::late(axis, 5));
@@ -447,7 +451,7 @@ fn copies_are_found_in_others_and_within() {
 #[test]
 fn tendons_that_are_not_pulled_or_only_together_are_found() {
     let idle = |robot: &mut Robot| robot.strokes.push(vec![0.0; N]);
-    doubted(idle, Finding::Tendon, "stroke_4_m");
+    assert_warning(idle, Finding::Tendon, "stroke_4_m");
     let together = |robot: &mut Robot| {
         let mut stream = rng(1, "together");
         for i in 0..N {
@@ -458,7 +462,7 @@ fn tendons_that_are_not_pulled_or_only_together_are_found() {
             robot.tip[2][i] = 0.08 - pull + 5e-5 * normal(&mut stream);
         }
     };
-    doubted(together, Finding::Tendon, "strokes");
+    assert_warning(together, Finding::Tendon, "strokes");
     // What one recording leaves out another has.
     let single = |k: usize| {
         let mut robot = Robot::new(k as u64);
@@ -491,7 +495,7 @@ fn too_little_motion_is_found_where_something_is_fitted() {
             }
         }
     };
-    doubted(once, Finding::Excitation, "strokes");
+    assert_warning(once, Finding::Excitation, "strokes");
     let mut robot = Robot::new(1);
     once(&mut robot);
     assert_eq!(check_recording(&robot.recording(), &CheckContext::new(Purpose::Score)), []);
@@ -499,7 +503,7 @@ fn too_little_motion_is_found_where_something_is_fitted() {
         let mut stream = rng(9, "noise");
         robot.tip.iter_mut().flatten().for_each(|x| *x += 6e-3 * normal(&mut stream));
     };
-    doubted(noisy, Finding::Excitation, "tip");
+    assert_warning(noisy, Finding::Excitation, "tip");
 }
 
 #[test]

@@ -288,8 +288,8 @@ fn role_line(role: &ColumnRole, table: &Table, names: &[ParsedName], is_taken: &
     let (unit, why) = match names[family[0]].unit {
         Some(unit) => (unit.suffix, "its unit is stated".to_owned()),
         None => {
-            let believed = role.units.iter().find(|(_, most)| largest <= *most).map_or("", |(unit, _)| unit);
-            (believed, format!("CHECK: no larger than {largest:.6}, so taken for {believed}"))
+            let unit = role.units.iter().find(|(_, most)| largest <= *most).map_or("", |(unit, _)| unit);
+            (unit, format!("CHECK: no larger than {largest:.6}, so taken for {unit}"))
         }
     };
     family.iter().for_each(|k| is_taken[*k] = true);

@@ -114,9 +114,9 @@ fn what_is_wrong_is_said_where_it_stands() {
     ] {
         let text = with(line);
         let found = refused(&text);
-        let is_as_wanted =
+        let is_expected =
             found.as_ref().is_some_and(|(found, place)| found.starts_with(message) && *place == at);
-        assert!(is_as_wanted, "{line}: {found:?}");
+        assert!(is_expected, "{line}: {found:?}");
     }
     let day = with("").replace("1.0", "1979-05-27");
     assert_eq!(refused(&day), Some(("invalid type: map, expected f64".to_owned(), "1979-05-27")));

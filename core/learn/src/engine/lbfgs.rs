@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn it_stops_when_told() {
+    fn it_stops_on_request() {
         let mut function = |x: &[f64], g: &mut [f64]| {
             g[0] = x[0];
             0.5 * x[0] * x[0]

@@ -57,7 +57,7 @@ struct BackwardStreams {
     n_streams: usize,
     repeats: bool,
     /// Whether cotangents on every layer are kept for a pass that repeats them.
-    remembers: bool,
+    keeps_inputs: bool,
 }
 
 /// Every array is [stream][row][unit], `d` and `dd` are [row][unit]; after the streams in use there may be those of a larger pass.
@@ -287,8 +287,8 @@ impl<T: Float> MlpTape<T> {
         let are_idle = by_parameters
             && !self.mlp.activation.is_curved()
             && cotangents[..len].iter().all(|c| *c == T::default());
-        let remembers = !by_parameters && n_streams == 1;
-        BackwardStreams { first: usize::from(are_idle), n_given, n_streams, repeats, remembers }
+        let keeps_inputs = !by_parameters && n_streams == 1;
+        BackwardStreams { first: usize::from(are_idle), n_given, n_streams, repeats, keeps_inputs }
     }
 
     fn reverse(
@@ -301,7 +301,7 @@ impl<T: Float> MlpTape<T> {
         let way = self.way(cotangents, repeats, into.is_some());
         let BackwardStreams { first, n_streams, .. } = way;
         let Mlp { inputs, outputs, .. } = self.mlp;
-        if way.remembers {
+        if way.keeps_inputs {
             self.seeds.clear();
             self.seeds.extend_from_slice(cotangents);
         }
@@ -331,7 +331,7 @@ impl<T: Float> MlpTape<T> {
 
     /// From the cotangents of the sums of layer `l` to those of the sums of the layer before, or of the inputs.
     fn reverse_layer(&mut self, parameters: &[T], l: usize, way: BackwardStreams) {
-        let BackwardStreams { first, n_given, n_streams, repeats, remembers } = way;
+        let BackwardStreams { first, n_given, n_streams, repeats, keeps_inputs } = way;
         let shape = &self.shapes[l];
         let [len_above, len_below] = [shape.outputs, shape.inputs].map(|units| self.n_rows * units);
         let [here, before] = &mut self.cotangents;
@@ -339,7 +339,7 @@ impl<T: Float> MlpTape<T> {
         let below = &mut room(before, n_streams * len_below)[first * len_below..];
         let computed = match l {
             0 => &mut *below,
-            _ if remembers => room(&mut self.layers[l].by_input, len_below),
+            _ if keeps_inputs => room(&mut self.layers[l].by_input, len_below),
             _ => &mut below[..(n_given - first) * len_below],
         };
         let weights = shape.split(parameters).0;
@@ -351,7 +351,7 @@ impl<T: Float> MlpTape<T> {
         if l > 0 {
             let (layers, after) = self.layers.split_at(l);
             let (layer, y, activation) = (&layers[l - 1], &after[0].input, self.mlp.activation);
-            let last = (remembers || repeats).then(|| &after[0].by_input[..len_below]);
+            let last = (keeps_inputs || repeats).then(|| &after[0].by_input[..len_below]);
             let streams = &self.streams[..n_streams];
             Isa::detect().run(Through { layer, activation, streams, y, last, cotangents: below });
         }

@@ -261,12 +261,12 @@ impl Operations<'_> {
                 let added = self.linear(at, "feed_forward.out", &hidden)?.broadcast_mul(&scale(1)?)?;
                 self.norm(at, "norm2", &(x + added)?)
             }
-            BlockKind::Gru | BlockKind::Lstm => self.remembered(at, x),
+            BlockKind::Gru | BlockKind::Lstm => self.recurrent(at, x),
         }
     }
 
     /// Hidden states of a recurrent layer, step by step.
-    fn remembered(&self, at: usize, x: &Tensor) -> Result<Tensor> {
+    fn recurrent(&self, at: usize, x: &Tensor) -> Result<Tensor> {
         let (rows, n, d) = x.dims3()?;
         let zero = Tensor::zeros((rows, d), x.dtype(), x.device())?;
         let (mut h, mut c) = (zero.clone(), zero);

@@ -118,7 +118,7 @@ impl TransformerShape {
             return Err(BadInput::new("width", expected, self.width.to_string()));
         }
         if self.block.gates().is_some() && self.form == TemporalForm::Window {
-            return Err(BadInput::new("form", "streaming for a layer that remembers", "window"));
+            return Err(BadInput::new("form", "streaming for a recurrent layer", "window"));
         }
         Ok(())
     }

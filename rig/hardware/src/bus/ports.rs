@@ -49,11 +49,11 @@ pub fn list_ports() -> Result<Vec<PortInfo>> {
             let (converter, description) = match port.port_type {
                 SerialPortType::UsbPort(usb) => {
                     let known = CONVERTERS.iter().find(|(vid, pid, _)| (usb.vid, usb.pid) == (*vid, *pid));
-                    let said = [usb.manufacturer, usb.product, usb.serial_number];
-                    let said: Vec<String> = said.into_iter().flatten().collect();
+                    let names = [usb.manufacturer, usb.product, usb.serial_number];
+                    let names: Vec<String> = names.into_iter().flatten().collect();
                     (
                         known.map(|(_, _, name)| *name),
-                        format!("{:04x}:{:04x} {}", usb.vid, usb.pid, said.join(" ")),
+                        format!("{:04x}:{:04x} {}", usb.vid, usb.pid, names.join(" ")),
                     )
                 }
                 _ => (None, String::new()),

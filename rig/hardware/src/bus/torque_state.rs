@@ -25,16 +25,16 @@ pub fn describe_torques(servos: &[ServoTorque]) -> String {
     let of = |state| -> Vec<String> {
         servos.iter().filter(|one| one.state == state).map(|one| one.servo.to_string()).collect()
     };
-    let said = |ids: Vec<String>, one: &str, several: &str| match ids.len() {
+    let sentence = |ids: Vec<String>, one: &str, several: &str| match ids.len() {
         0 => None,
         1 => Some(format!("servo {} {one}", ids[0])),
         _ => Some(format!("servos {} {several}", ids.join(", "))),
     };
     let silent = "silent (off, on or without power)";
     let parts = [
-        said(of(TorqueState::On), "is still on", "are still on"),
-        said(of(TorqueState::Silent), &format!("is {silent}"), &format!("are {silent}")),
-        said(of(TorqueState::Off), "is off", "are off"),
+        sentence(of(TorqueState::On), "is still on", "are still on"),
+        sentence(of(TorqueState::Silent), &format!("is {silent}"), &format!("are {silent}")),
+        sentence(of(TorqueState::Off), "is off", "are off"),
     ];
     parts.into_iter().flatten().collect::<Vec<_>>().join("; ")
 }

@@ -146,8 +146,8 @@ impl CalibrationRun<'_> {
                 break;
             }
             // A tendon that is pulled by what should release it pulls the servo the other way.
-            let is_wound = n >= SMOOTH && mean(&loads[n - SMOOTH..]) < -WRONG_WAY;
-            if is_wound || start - self.at[k] > settings.search_max {
+            let is_reversed = n >= SMOOTH && mean(&loads[n - SMOOTH..]) < -WRONG_WAY;
+            if is_reversed || start - self.at[k] > settings.search_max {
                 return Err(self.no_corner(k, "fall", start - self.at[k]));
             }
         }

@@ -12,7 +12,7 @@ impl RigSession<'_> {
         if self.torque != Torque::On {
             return Err(Error::Bus("the session has ended, and the torque is off".into()).into());
         }
-        self.carry_out(strokes).map_err(|stop| self.stopped(stop))
+        self.run_cycle(strokes).map_err(|stop| self.stopped(stop))
     }
 
     /// Logs what ends a motion, and switches the torque off where it forbids to move on.
@@ -24,8 +24,8 @@ impl RigSession<'_> {
         stop
     }
 
-    fn carry_out(&mut self, strokes: &[f64]) -> Result<(), Stop> {
-        self.hold_back(strokes)?;
+    fn run_cycle(&mut self, strokes: &[f64]) -> Result<(), Stop> {
+        self.limit_load(strokes)?;
         self.rig.limits.check_command(&self.commanded, &self.target, self.period)?;
         for ((goal, channel), stroke) in
             self.goals.iter_mut().zip(&self.calibration.channels).zip(&self.target)

@@ -45,7 +45,7 @@ impl RigSession<'_> {
     ///
     /// # Errors
     /// A tendon that is limited too far.
-    pub(super) fn hold_back(&mut self, strokes: &[f64]) -> Result<(), Violation> {
+    pub(super) fn limit_load(&mut self, strokes: &[f64]) -> Result<(), Violation> {
         self.target.copy_from_slice(strokes);
         let Some(load_limiting) = self.rig.limits.load_limiting else { return Ok(()) };
         let now = self.hardware.now();

@@ -275,10 +275,10 @@ mod tests {
         stats.n_missed = 2;
         stats.add_cycle(0.02, (0.0, 0.0));
         stats.add_cycle(0.0, (0.0, 0.0));
-        let said = stats.missed_cycles().unwrap_or_default();
+        let message = stats.missed_cycles().unwrap_or_default();
         assert!(
-            said.starts_with("2 of 102 cycles were missed (2.0 %), the latest came 20 ms late"),
-            "{said}"
+            message.starts_with("2 of 102 cycles were missed (2.0 %), the latest came 20 ms late"),
+            "{message}"
         );
         assert_eq!(stats.summary().n_missed, 2);
     }

@@ -137,7 +137,7 @@ impl ServoChain {
                 _ => is_own && level >= 2,
             };
             let delay = self.delay(k);
-            let outcome = self.carry_out(k, id == BROADCAST, number, parameters, world);
+            let outcome = self.run_instruction(k, id == BROADCAST, number, parameters, world);
             if is_answered {
                 let own = if is_own { id } else { self.servos[k].id() };
                 let error = self.servos[k].error_byte(outcome.as_ref().err().copied());
@@ -149,7 +149,7 @@ impl ServoChain {
     }
 
     /// Runs an instruction with one answer on servo `k`; returns the parameters of that.
-    fn carry_out(
+    fn run_instruction(
         &mut self,
         k: usize,
         is_broadcast: bool,

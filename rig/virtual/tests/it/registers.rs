@@ -44,15 +44,15 @@ fn every_register_that_is_stored_is_noticed_when_it_changes_and_is_written_back(
     let stand = Stand::new();
     let calibration = stand.calibration(&mut open(&stand)).unwrap();
     assert!(calibration.registers.iter().all(|registers| !registers.is_empty()));
-    let mut n_walked = 0;
-    let is_walked = |spec: &&RegisterSpec| {
+    let mut n_checked = 0;
+    let is_checked = |spec: &&RegisterSpec| {
         // The firmware cannot be written, and only this protocol is spoken here: both below.
         let is_fixed = [xl430::FIRMWARE, xl430::PROTOCOL].contains(&spec.register);
         matches!(spec.role, RegisterRole::Stored(_))
             && spec.is_of(&hysteron_rig::bus::model::XL430_W250)
             && !is_fixed
     };
-    for spec in TABLE.iter().filter(is_walked) {
+    for spec in TABLE.iter().filter(is_checked) {
         let before = read(&stand, spec.register);
         let value = changed(&stand, spec);
         for baseline in [calibration.register_baseline(), RegisterBaseline::Factory] {
@@ -73,9 +73,9 @@ fn every_register_that_is_stored_is_noticed_when_it_changes_and_is_written_back(
         let meaning = |value: i64| if spec.register == xl430::SECONDARY_ID { value.max(253) } else { value };
         assert_eq!(meaning(read(&stand, spec.register)), meaning(before), "{}", spec.name);
         open(&stand).expecting(calibration.register_baseline()).prepare().unwrap();
-        n_walked += 1;
+        n_checked += 1;
     }
-    assert_eq!(n_walked, 13);
+    assert_eq!(n_checked, 13);
     assert!(stand.emulator.torque_log().iter().all(|record| record.torque_on.iter().all(|on| !on)));
 }
 
@@ -235,9 +235,12 @@ fn a_silent_servo_is_named_with_its_state_and_so_are_those_that_are_off() {
     stand.emulator.inject(BusFault::new(0.0, FaultKind::UnplugServo).of_servo(TOUCHED)).unwrap();
     std::thread::sleep(std::time::Duration::from_millis(50));
     let error = LiveRig::open(&quick).unwrap().disable_torque().unwrap_err();
-    let said = error.to_string();
-    assert!(said.contains("servo 2 is silent (off, on or without power); servos 1, 3, 4 are off"), "{said}");
-    let Error::Torque(states) = error else { panic!("{said}") };
+    let message = error.to_string();
+    assert!(
+        message.contains("servo 2 is silent (off, on or without power); servos 1, 3, 4 are off"),
+        "{message}"
+    );
+    let Error::Torque(states) = error else { panic!("{message}") };
     let silent: Vec<u8> =
         states.iter().filter(|one| one.state == TorqueState::Silent).map(|one| one.servo).collect();
     assert_eq!(silent, [TOUCHED]);

@@ -425,9 +425,9 @@ impl Squares {
     /// off by that much for the whole of a block carries no information on the robot.
     fn of(rolled: &RolloutErrors, block: &MotionBlock, correction: Option<&Adaptation>, drift: f64) -> Self {
         let left = |i: usize| -> [f64; 3] {
-            let said = correction.map_or([0.0; 3], |it| it.displacement(rolled.terms_at(i)));
+            let correction_at = correction.map_or([0.0; 3], |it| it.displacement(rolled.terms_at(i)));
             let missed = rolled.missed_at(i);
-            std::array::from_fn(|c| missed[c] - said[c])
+            std::array::from_fn(|c| missed[c] - correction_at[c])
         };
         let errors: Vec<[f64; 3]> =
             block.samples.clone().filter(|&i| rolled.is_measured[i]).map(left).collect();

@@ -27,15 +27,15 @@ impl Whitening {
         let (mut mean, mut variance) = (0.0, stationary);
         let mut white = Vec::with_capacity(is_used.len());
         for (error, is_used) in errors.zip(is_used) {
-            let mut unforeseen = 0.0;
+            let mut innovation = 0.0;
             if *is_used {
                 let spread = variance + self.noise;
                 let gain = variance / spread;
-                unforeseen = (error - mean) / spread.sqrt();
+                innovation = (error - mean) / spread.sqrt();
                 mean += gain * (error - mean);
                 variance -= gain * variance;
             }
-            white.push(unforeseen);
+            white.push(innovation);
             mean *= kept;
             variance = stationary + kept * kept * (variance - stationary);
         }

@@ -108,7 +108,7 @@ impl Study<'_> {
         listener: Listener<'_>,
     ) -> anyhow::Result<bool> {
         let all = 2 * (methods.len() + 2);
-        let mut goes_on = |cell: &str, rows: &[Row]| {
+        let mut continues = |cell: &str, rows: &[Row]| {
             listener(&StudyProgress { cell, done: [rows.len(), all], training: None })
         };
         let planned = self.every(task, &|_| Box::new(|_, planned, _| *planned));
@@ -122,14 +122,14 @@ impl Study<'_> {
             (0..self.seeds).map(|seed| [0, 1].map(|set| self.demonstrated(task, seed, set))).collect();
         let mut nothing: Option<Vec<f64>> = None;
         for observed in methods {
-            if !goes_on(observed.name(), rows) {
+            if !continues(observed.name(), rows) {
                 return Ok(false);
             }
             let distances = self.cloned(task, *observed, &shown)?;
             rows.push(Row::of(task, observed.name(), (&distances, NEAR), nothing.as_deref()));
             nothing.get_or_insert(distances);
         }
-        Ok(goes_on("", rows))
+        Ok(continues("", rows))
     }
 
     /// Distances of all trials of a task under policies that are cloned from these demonstrations, seed by seed.

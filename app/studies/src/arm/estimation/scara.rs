@@ -67,7 +67,7 @@ pub struct TeachingCell {
 
 /// The observer with the friction that `method` found; the masses in the estimators' models are too large.
 pub struct Methods {
-    believed: Model,
+    assumed: Model,
     friction: Vec<(String, FrictionModel)>,
 }
 
@@ -77,7 +77,7 @@ impl Methods {
     /// # Errors
     /// None, unless the files of the program are damaged.
     pub fn new(cells: &[FrictionCell; 2]) -> Result<Self, BadInput> {
-        let believed = Model::builtin("scara")?.with_scaled_bodies(1.0 + MASS_ERROR);
+        let assumed = Model::builtin("scara")?.with_scaled_bodies(1.0 + MASS_ERROR);
         let law = |method: &str, k: usize| -> (Law, Vec<f64>) {
             (
                 law_of(method),
@@ -96,7 +96,7 @@ impl Methods {
             })
             .collect();
         friction.push(("none".to_owned(), FrictionModel::none(2)));
-        Ok(Self { believed, friction })
+        Ok(Self { assumed, friction })
     }
 
     /// Estimates of every method on a trial, row by row.
@@ -104,8 +104,7 @@ impl Methods {
         let speeds = differences(trial);
         let periods = vec![PERIOD; trial.position.len() / 2];
         let run = |friction: &FrictionModel| {
-            let mut observer =
-                MomentumObserver::new(RigidBody::new(&self.believed), friction.clone(), &GAINS);
+            let mut observer = MomentumObserver::new(RigidBody::new(&self.assumed), friction.clone(), &GAINS);
             estimate(&mut observer, &periods, [&trial.position, &speeds, &trial.torque])
         };
         self.friction.iter().map(|row| (row.0.as_str(), run(&row.1))).collect()

@@ -155,12 +155,12 @@ pub fn real_study(
         for (prefix, of_key, offset) in bodies.into_iter().chain(also) {
             let name = format!("{prefix}{}", kind.label());
             let begins = StudyProgress { cell: &name, done: [rows.len(), total], training: None };
-            let mut goes_on = || listener(&begins);
-            if !goes_on() {
+            let mut continues = || listener(&begins);
+            if !continues() {
                 return Ok(rows);
             }
             let row = cell(folder, &format!("{of_key}{key}"), &identity, || {
-                kernel(set, options, (kind, &name), offset, &mut goes_on)
+                kernel(set, options, (kind, &name), offset, &mut continues)
             })?;
             let Some(row) = row else { return Ok(rows) };
             rows.push(row);
@@ -231,19 +231,19 @@ fn kernel(
     options: &RealOptions,
     (kind, name): (Kernel, &str),
     offset: &[Vec<f64>; 2],
-    goes_on: GoesOn<'_>,
+    continues: GoesOn<'_>,
 ) -> Result<Option<RealRow>> {
     let lengths = &options.lengths;
     let (found, validation, choice) = match kind {
         Kernel::Fourier => {
             let size = (options.features, options.stride, 0);
-            let fit = fit_fourier(&set.training, &offset[0], lengths, size, goes_on)?;
+            let fit = fit_fourier(&set.training, &offset[0], lengths, size, continues)?;
             let Some(fit) = fit else { return Ok(None) };
             let choice = format!("length {}, penalty {:.0e}", fit.length, fit.choice.penalty);
             (fit.features.predict(&fit.weights, &set.test), fit.choice.validation, choice)
         }
         Kernel::GaussianProcess => {
-            let fit = fit_gaussian_process(&set.training, &offset[0], lengths, MAX_POINTS, goes_on)?;
+            let fit = fit_gaussian_process(&set.training, &offset[0], lengths, MAX_POINTS, continues)?;
             let Some(fit) = fit else { return Ok(None) };
             let [n, of] = [fit.process.n_points(), set.training.len()];
             let choice =

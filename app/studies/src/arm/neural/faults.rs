@@ -55,15 +55,15 @@ pub(super) fn fault_cell(
     let known: Vec<Trajectory> = training.iter().filter(|one| one.is_healthy.is_some()).cloned().collect();
     let tests: Vec<&Sample> = data.samples.iter().filter(|one| protocol.uses(one, Split::Test)).collect();
     let asked: Vec<Trajectory> = tests.iter().map(|one| one.trajectory.clone()).collect();
-    let said = [along(&known)?, along(&asked)?];
+    let estimates = [along(&known)?, along(&asked)?];
     let among = |kinds: &[&str]| -> Result<Vec<DetectorScores>> {
         let is = |one: &Sample| {
             one.trajectory.is_healthy == Some(true) || kinds.iter().any(|kind| one.task.ends_with(kind))
         };
         let chosen: Vec<usize> = (0..tests.len()).filter(|k| is(tests[*k])).collect();
         let test: Vec<Trajectory> = chosen.iter().map(|k| asked[*k].clone()).collect();
-        let own: Vec<ConditionEstimate> = chosen.iter().map(|k| said[1][*k].clone()).collect();
-        Ok(detectors((&arm, &data.features), [&known, &test], [&said[0], &own])?)
+        let own: Vec<ConditionEstimate> = chosen.iter().map(|k| estimates[1][*k].clone()).collect();
+        Ok(detectors((&arm, &data.features), [&known, &test], [&estimates[0], &own])?)
     };
     let [band, friction, lost_tooth] = KINDS.map(|kind| among(&[kind]));
     let detectors =

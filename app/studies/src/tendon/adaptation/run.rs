@@ -121,7 +121,7 @@ impl<'a> Study<'a> {
         self.chain.command(&[&record[..], &["--only", "circle", "--out", &found]].concat())?;
         let calibration = path("calibration.toml")?;
         let zeros = Path::new(&found).join("calibration.toml");
-        file::write_bytes(Path::new(&calibration), let_go(&zeros, change.slack)?)?;
+        file::write_bytes(Path::new(&calibration), slackened(&zeros, change.slack)?)?;
         let minute_of = ["--calibration", &calibration, "--out", &minute];
         self.chain.command(&[&record[..], &minute_of[..]].concat())?;
         self.chain.once(&new, &["adapt", &self.old, "--scene", &self.scene, &minute, "--out", &new])?;
@@ -130,7 +130,7 @@ impl<'a> Study<'a> {
 }
 
 /// A calibration whose first tendon is released by `slack` [m].
-fn let_go(path: &Path, slack: f64) -> Result<String> {
+fn slackened(path: &Path, slack: f64) -> Result<String> {
     let rig = RigConfig::from_toml(&rig_file(&VirtualRobot::preset("typical")?), Path::new(""))?;
     let mut calibration = RigCalibration::read(path, &rig)?;
     let first = calibration.channels.first_mut().context("a calibration without servos")?;

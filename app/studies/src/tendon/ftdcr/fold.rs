@@ -73,14 +73,14 @@ impl Fold {
         let correction = regression::kernel(&known_features, &left, &groups, &new_features)?;
         let corrected =
             reduced.iter().zip(&correction).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c])).collect();
-        let remembered = lstm::predict(&leaving(training, &left), held)?;
-        let remembered =
-            reduced.iter().zip(&remembered).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c])).collect();
+        let correction = lstm::predict(&leaving(training, &left), held)?;
+        let corrected_by_lstm =
+            reduced.iter().zip(&correction).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c])).collect();
         let bending = |rows: &[&Row]| rows.iter().map(|row| bending(&row.strokes)).collect::<Vec<_>>();
         let predictions: [Vec<[f64; 3]>; 7] = [
             reduced,
             corrected,
-            remembered,
+            corrected_by_lstm,
             regression::cubic(&known_strokes, &known_tips, &groups, &new_strokes)?,
             regression::cubic(&bending(&known_rows), &known_tips, &groups, &bending(&new_rows))?,
             regression::kernel(&known_strokes, &known_tips, &groups, &new_strokes)?,

@@ -42,7 +42,7 @@ impl IdentifiedPulley {
             rms_n_m: pulley.ok().map(|found| rms(&found.residuals)),
             misfit: pulley.ok().map(|found| found.misfit),
             condition: pulley.ok().map(|found| found.fit.condition),
-            cannot_be_told: pulley.err().map(ToString::to_string),
+            failure: pulley.err().map(ToString::to_string),
             reversals_mm: reversals.ok().map(|all| all.map(|reversal| width(reversal.width)).collect()),
         }
     }

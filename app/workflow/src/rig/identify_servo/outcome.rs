@@ -66,8 +66,8 @@ pub struct ServoEstimates {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
     /// Why friction cannot be identified.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cannot_be_told: Option<String>,
+    #[serde(rename = "cannot_be_told", default, skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
     /// Width of the gap at every reversal [mm].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reversals_mm: Option<Vec<f64>>,

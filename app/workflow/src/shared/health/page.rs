@@ -16,7 +16,7 @@ pub(crate) fn section(page: &mut Page, folder: &ReportFolder, health: &Health) -
     page.heading("Servos");
     page.paragraph(
         "Dry friction from loads of slack tendons, as a part of full load; lost motion of a pulley before the tip follows, by play and by \
-         friction of the guides; temperature of the case. A dash: this motion does not tell it.",
+         friction of the guides; temperature of the case. A dash: this motion does not determine it.",
     );
     match &health.baseline {
         Some(name) => page.paragraph(&format!(

@@ -25,7 +25,8 @@ pub struct Outcome {
     /// Provenance of the strokes.
     pub source: String,
     /// Share of the path's samples with a stroke that a limit reduced [-].
-    pub held_back: f64,
+    #[serde(rename = "held_back")]
+    pub limited: f64,
     /// Share of the path's samples outside the range of the training [-].
     pub extrapolating: f64,
     /// The command that made this.

@@ -45,7 +45,7 @@ fn command(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         approach_samples: first,
         return_samples: recording.n_samples() - first - n,
         source: recording.meta().source.clone(),
-        held_back: part("limited"),
+        limited: part("limited"),
         extrapolating: part("extrapolating"),
         command: context.command.clone(),
         commit: COMMIT.to_owned(),

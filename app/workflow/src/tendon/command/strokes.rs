@@ -138,7 +138,7 @@ fn limits(model: &InverseModel, given: &LimitOverrides) -> StrokeLimits {
 
 fn recording(way: &Way, target: &Target, answer: Answer, context: &Context) -> anyhow::Result<Recording> {
     let n = answer.limited.len();
-    let held_back = answer.limited.iter().filter(|flag| **flag > 0.0).count();
+    let n_limited = answer.limited.iter().filter(|flag| **flag > 0.0).count();
     let strokes = answer.strokes.into_iter().enumerate();
     let mut channels: Vec<Channel> =
         strokes.map(|(k, values)| Channel::new(format!("stroke_{}_m", k + 1), values)).collect();
@@ -154,7 +154,7 @@ fn recording(way: &Way, target: &Target, answer: Answer, context: &Context) -> a
     channels.extend(axes.map(|(name, values)| Channel::new(name, values)));
     channels.push(Channel::new("extrapolating", answer.extrapolating));
     channels.push(Channel::new("limited", answer.limited));
-    let mut extra = BTreeMap::from([("limited_samples".to_owned(), held_back.to_string())]);
+    let mut extra = BTreeMap::from([("limited_samples".to_owned(), n_limited.to_string())]);
     if let Some(path) = &way.checkpoint {
         extra.insert("checkpoint_sha256".to_owned(), file::sha256_of(path)?);
     }

@@ -71,7 +71,7 @@ impl CalibratedRange {
     }
 
     /// In words: what it spans over all tendons.
-    pub fn said(&self) -> String {
+    pub fn describe(&self) -> String {
         let fold = |start: f64, of: fn(f64, f64) -> f64, at: usize| {
             1e3 * self.strokes_m.iter().map(|range| range[at]).fold(start, of)
         };

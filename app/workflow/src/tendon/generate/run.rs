@@ -98,14 +98,14 @@ fn simulate(
         !context.is_cancelled()
     };
     let mut plant = plant(network, twin, rate.recip())?;
-    let mut carry_out =
+    let mut simulate =
         |drive: &mut dyn StrokeSource| synthesise(twin, &mut *plant, drive, job.meta.clone(), &mut go_on);
     let coordinates =
         |point: [f64; 2], strokes: &mut [f64]| job.trajectory.tendons.strokes_into(point, strokes);
     let simulated = match job.trajectory.space {
-        Space::Tendons => carry_out(&mut RecordedStrokes::new(twin, &job.trajectory.commands()?)?)?,
+        Space::Tendons => simulate(&mut RecordedStrokes::new(twin, &job.trajectory.commands()?)?)?,
         Space::Tip => match Steered::new(twin, job.trajectory, &coordinates, limits) {
-            Ok(mut steered) => carry_out(&mut steered)?,
+            Ok(mut steered) => simulate(&mut steered)?,
             Err(Error::NoEquilibrium { .. }) => {
                 synthetic::SyntheticOutcome::Dropped(0, Unphysical::NoEquilibrium)
             }
@@ -152,7 +152,7 @@ fn planned(
     context.print(format_args!(
         "no plan is named: plan {DEFAULT_PLAN} at {:.0} % of its size, within the {} of {}",
         100.0 * scale,
-        range.said(),
+        range.describe(),
         range.source
     ));
     Ok((plan, text, Some(Scaled { scale, range })))

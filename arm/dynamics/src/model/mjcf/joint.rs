@@ -74,11 +74,11 @@ pub(super) fn hinge(at: &Attributes, settings: &Settings, frame: &Pose<f64>) -> 
 
 /// The range of an attribute if it is a limit: by another attribute, or by default.
 fn is_limited(at: &Attributes, settings: &Settings, limited: &str, range: &str) -> Check<Option<[f64; 2]>> {
-    let said = at.word(limited, &["auto", "false", "true"])?;
+    let choice = at.word(limited, &["auto", "false", "true"])?;
     let Some([low, high]) = at.array(range)? else { return Ok(None) };
     // A range of zeros is MuJoCo's own default.
-    let is_auto = said == 0 && settings.ranges_limit && [low, high] != [0.0; 2];
-    match said == 2 || is_auto {
+    let is_auto = choice == 0 && settings.ranges_limit && [low, high] != [0.0; 2];
+    match choice == 2 || is_auto {
         false => Ok(None),
         true if low > high => {
             Err(at.element.error(&format!("a {range} that ascends"), format!("{low} to {high}")))

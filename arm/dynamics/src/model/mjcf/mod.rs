@@ -62,7 +62,7 @@ pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Check<Model
     weigh(&sources, &mut tree);
     let MjcfTree { root, settings, .. } = &sources[0];
     equality::read(&sources, &mut tree)?;
-    let renamed = tell_sites_from_bodies(&mut tree);
+    let renamed = rename_sites_like_bodies(&mut tree);
     let Tree { links, joints, sites, free, responses, references, .. } = tree;
     let mut model = super::build::build(Description {
         file: file.to_owned(),
@@ -80,7 +80,7 @@ pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Check<Model
 }
 
 /// Renames sites with the name of a body, because here both are frames; returns the names.
-fn tell_sites_from_bodies(tree: &mut Tree) -> Vec<String> {
+fn rename_sites_like_bodies(tree: &mut Tree) -> Vec<String> {
     let bodies: BTreeSet<&str> = tree.links.iter().map(|link| &*link.name).collect();
     let mut renamed = Vec::new();
     for (name, ..) in tree.sites.iter_mut().filter(|(name, ..)| bodies.contains(&**name)) {

@@ -155,8 +155,8 @@ fn a_stream_that_was_taken_for_text_or_is_text_is_named() {
         assert!(first_damage(&replaced).contains("EF BF BD"), "{}", first_damage(&replaced));
     }
     let page = b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n";
-    let said = first_damage(page);
-    assert!(said.contains("HTTP/1.1 400") && said.contains("another program"), "{said}");
+    let damage = first_damage(page);
+    assert!(damage.contains("HTTP/1.1 400") && damage.contains("another program"), "{damage}");
     assert!(first_damage(&[0; 200]).contains("zeros alone"));
     let mut swapped = message("Tip", 1.0).to_bytes(MessageFormat::Plain);
     swapped[..2].reverse();

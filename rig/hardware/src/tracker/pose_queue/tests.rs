@@ -103,8 +103,8 @@ fn a_pose_that_cannot_be_one_says_why() {
         let mut intake = intake();
         let content = MessageContent::Transform(pose(validity));
         intake.take(DecodedMessage::Message(Message { device: "Tip".into(), time: Some(1.0), content }), 5.0);
-        let said = intake.events.iter().map(|event| event.message.clone()).collect::<Vec<_>>().join("; ");
-        assert!(said.contains(part), "{said}");
+        let messages = intake.events.iter().map(|event| event.message.clone()).collect::<Vec<_>>().join("; ");
+        assert!(messages.contains(part), "{messages}");
         assert!(intake.poses.iter().all(|pose| pose.quality == Quality::Flagged));
     }
 }

@@ -145,7 +145,7 @@ pub(super) fn fatal(seed: u64) -> Script {
 
 /// Events of which at least one reports a fault, and how long after its beginning at the latest [s]; none for what
 /// cannot be distinguished from silence.
-fn told_by(fault: &BusFault, is_fatal: bool) -> Option<(&'static [EventKind], f64)> {
+fn reported_by(fault: &BusFault, is_fatal: bool) -> Option<(&'static [EventKind], f64)> {
     use EventKind::{
         BusLost, Corrupt, HardwareError, Limit, Reset, Timeout, TrackerCorrupt, TrackerLost, TrackerQuality,
         TrackerStale,
@@ -181,7 +181,7 @@ struct Found {
     problems: Vec<String>,
 }
 
-fn carry_out(script: &Script, n_tries: u32) -> Found {
+fn run_script(script: &Script, n_tries: u32) -> Found {
     let rig = Rig::among_others(&RIG);
     let (rounds_before, slipped_before) =
         (rig.emulator.counts().complete_rounds, rig.emulator.counts().slipped_ms);
@@ -198,7 +198,7 @@ fn carry_out(script: &Script, n_tries: u32) -> Found {
     let session = match RigSession::start(&mut probe, &rig.config, &calibration, 100.0) {
         Ok(session) => session,
         // A machine too busy for the emulator to answer, or a fault too early: that is no recording.
-        Err(_) if n_tries > 0 && rig.comes_to_be_released() => return carry_out(script, n_tries - 1),
+        Err(_) if n_tries > 0 && rig.comes_to_be_released() => return run_script(script, n_tries - 1),
         Err(error) => panic!("{error}, torque {:?}", rig.emulator.torque_on()),
     };
     let progress = &mut |_| {
@@ -237,7 +237,7 @@ fn carry_out(script: &Script, n_tries: u32) -> Found {
     let is_starved = rig.emulator.counts().slipped_ms > slipped_before
         || outcome.stats.summary().late_max_ms > MACHINE_LATE_MS;
     if !problems.is_empty() && is_starved && n_tries > 0 {
-        return carry_out(script, n_tries - 1);
+        return run_script(script, n_tries - 1);
     }
     Found { injected, outcome, problems }
 }
@@ -253,7 +253,7 @@ fn check_events(
         problems.push(format!("only {} faults of {}", injected.len(), script.faults.len()));
     }
     for (time, fault) in injected {
-        let Some((kinds, within)) = told_by(fault, script.end != End::Plan) else { continue };
+        let Some((kinds, within)) = reported_by(fault, script.end != End::Plan) else { continue };
         let is_logged = events.iter().any(|event| {
             kinds.contains(&event.kind) && event.time_s >= *time && event.time_s <= time + within + slack
         });
@@ -411,11 +411,11 @@ fn whatever_breaks_the_rig_is_safe_and_the_data_are_kept() {
                     let Some((number, trial)) = next else { return };
                     let result = catch_unwind(AssertUnwindSafe(|| match &trial {
                         Trial::Recording(script) => {
-                            let Found { injected, outcome, problems } = carry_out(script, 3);
+                            let Found { injected, outcome, problems } = run_script(script, 3);
                             let how = format!("{} rows, {:?}", outcome.n_rows, outcome.stopped);
                             (injected, how, problems)
                         }
-                        Trial::Calibration(script) => campaign_calibration::carry_out(script),
+                        Trial::Calibration(script) => campaign_calibration::run_script(script),
                     }));
                     found.lock().unwrap().push((number, trial, result.ok()));
                 }

@@ -43,7 +43,7 @@ pub(super) fn drawn(seed: u64) -> Script {
 }
 
 /// Calibrates; returns what broke, how it ended, and what was wrong with that.
-pub(super) fn carry_out(script: &Script) -> (Vec<(f64, BusFault)>, String, Vec<String>) {
+pub(super) fn run_script(script: &Script) -> (Vec<(f64, BusFault)>, String, Vec<String>) {
     let rig = Rig::among_others(&[&RIG[..], &[HOLD]].concat());
     let mut probe = Probe::new(rig.open(), &rig.emulator);
     let begun = Instant::now();

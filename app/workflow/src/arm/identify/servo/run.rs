@@ -157,14 +157,14 @@ fn verdict(
 ) -> Verdict {
     let angles: Vec<f64> = runs.iter().flat_map(|run| run.position.iter().copied()).collect();
     let spread = deviation(&angles);
-    let judgement =
+    let assessment =
         Verdict::on(format!("the simulated servo follows the measured one within {error:.4} rad open loop"))
             .because(
                 Criterion::ErrorOverSpread,
                 error / spread,
                 format!("the mean error is {error:.4} rad, the deviation of the angles {spread:.4} rad"),
             );
-    parameters(judgement, &judged(rows, None))
+    parameters(assessment, &judged(rows, None))
         .because_of(Criterion::HeldOutOverFitted, held_out, |ratio| {
             format!("recordings that were not fitted err {ratio:.1} times as much as those that were")
         })

@@ -162,17 +162,17 @@ pub(super) fn markdown() -> String {
     for entry in entries() {
         let path = entry.id;
         if entry.attributes.is_empty() || matches!(entry.role, Refused(_)) {
-            let _ = writeln!(out, "| `{path}` | the element | {} |", said(entry.role));
+            let _ = writeln!(out, "| `{path}` | the element | {} |", treatment(entry.role));
         }
         for (what, names) in entry.attributes.iter().filter(|_| !matches!(entry.role, Refused(_))) {
             let names: Vec<&str> = names.split_whitespace().collect();
-            let _ = writeln!(out, "| `{path}` | {} | {} |", names.join(", "), said(*what));
+            let _ = writeln!(out, "| `{path}` | {} | {} |", names.join(", "), treatment(*what));
         }
     }
     out
 }
 
-fn said(what: Use) -> String {
+fn treatment(what: Use) -> String {
     match what {
         Read => "read".to_owned(),
         Without(reason) => format!("without effect: {reason}"),
