@@ -29,13 +29,13 @@ fn answer(asked: &Value) -> Result<Value, Box<dyn Error>> {
             json!({"causal": causal(&filter), "zero_phase": filter.zero_phase(&signal)})
         }
         "specification" => {
-            let wanted = Specification {
+            let specification = Specification {
                 pass: number("pass")?,
                 pass_db: number("pass_db")?,
                 stop: number("stop")?,
                 stop_db: number("stop_db")?,
             };
-            json!({"causal": causal(&LowPass::meeting(wanted, number("rate")?)?)})
+            json!({"causal": causal(&LowPass::meeting(specification, number("rate")?)?)})
         }
         "median" => {
             let half = count("half")?;

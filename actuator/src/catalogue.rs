@@ -319,7 +319,7 @@ mod tests {
     ];
 
     #[test]
-    fn every_drive_of_the_catalogue_turns_about_as_fast_as_its_data_sheet_says() {
+    fn every_drive_of_the_catalogue_turns_about_as_fast_as_in_its_data_sheet() {
         assert_eq!(CatalogueDrive::names().count(), DATA_SHEETS.len());
         for (name, voltage, _, speed) in DATA_SHEETS {
             let mut drive = CatalogueDrive::named(name).unwrap().drive;

@@ -444,7 +444,7 @@ mod tests {
     }
 
     #[test]
-    fn torque_and_friction_said_apart_are_those_of_a_step() {
+    fn torque_and_friction_as_separate_outputs_are_those_of_a_step() {
         let mut drive = crate::CatalogueDrive::named("xl330-m288").expect("of the catalogue").drive;
         drive.check_load_friction().expect("m4, no backlash");
         // So heavy that a step changes no speed, and every torque is that of its beginning.

@@ -147,22 +147,22 @@ impl PositionLoop {
             (self.reference, self.reference_velocity) = (goal, 0.0);
             return;
         }
-        let wanted = if acceleration > 0.0 {
+        let target_speed = if acceleration > 0.0 {
             // Fastest speed from which steps of a h still stop at the goal.
             let dv = acceleration * h;
             let stopping = dv * ((0.25 + 2.0 * way.abs() / (dv * h)).sqrt() - 0.5);
-            let wanted = stopping.min(most).copysign(way);
-            self.reference_velocity + (wanted - self.reference_velocity).clamp(-dv, dv)
+            let target_speed = stopping.min(most).copysign(way);
+            self.reference_velocity + (target_speed - self.reference_velocity).clamp(-dv, dv)
         } else {
             most.copysign(way)
         };
-        let has_arrived = (wanted * h).abs() >= way.abs() && wanted * way >= 0.0;
-        let is_slow = acceleration <= 0.0 || wanted.abs() <= 1.5 * acceleration * h;
+        let has_arrived = (target_speed * h).abs() >= way.abs() && target_speed * way >= 0.0;
+        let is_slow = acceleration <= 0.0 || target_speed.abs() <= 1.5 * acceleration * h;
         if has_arrived && is_slow {
             (self.reference, self.reference_velocity) = (goal, 0.0);
         } else {
-            self.reference_velocity = wanted;
-            self.reference += wanted * h;
+            self.reference_velocity = target_speed;
+            self.reference += target_speed * h;
         }
     }
 }

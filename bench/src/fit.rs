@@ -33,8 +33,8 @@ pub fn rows(n: usize) -> Result<Vec<TableRow>> {
     let motion =
         |amplitude: &f64| Ok(RobotMotion::new(&twin, &recorded(*amplitude, n)?, "the virtual rig's circle")?);
     let motions: Vec<RobotMotion> = AMPLITUDES.iter().map(motion).collect::<Result<_>>()?;
-    let wanted: Vec<FitParameter> = PARAMETERS.iter().map(|name| FitParameter::named(*name)).collect();
-    let selected = select(&scene, &wanted)?;
+    let parameters: Vec<FitParameter> = PARAMETERS.iter().map(|name| FitParameter::named(*name)).collect();
+    let selected = select(&scene, &parameters)?;
     let options = MaterialOptions {
         frame: TipFrame::Trusted,
         stepping: STEPPING,

@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_kind_is_the_same_for_all_of_a_family_whatever_its_size_and_orientation() {
+    fn a_kind_is_the_same_for_all_sizes_and_orientations_of_a_family() {
         let expected = |family: &str| match family {
             "sinusoid" => MotionKind::Line,
             "circle" | "ellipse" => MotionKind::Loop,

@@ -370,7 +370,7 @@ mod tests {
     use crate::{Stepper, Target};
 
     #[test]
-    fn pairs_made_anew_without_a_change_of_the_active_set_are_what_was_observed() {
+    fn pairs_rebuilt_without_a_change_of_the_active_set_are_those_observed() {
         let (mut scene, mesh) = scenes::robot();
         scene.tendons[0].compliance = 1e-5;
         let twin = Twin::new(&scene, &mesh).expect("a good scene");

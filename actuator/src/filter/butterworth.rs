@@ -81,8 +81,8 @@ impl LowPass {
     ///
     /// # Errors
     /// `BadInput` for a specification that contradicts itself, or needs an order above 40.
-    pub fn meeting(wanted: Specification, rate: f64) -> Result<Self, BadInput> {
-        let Specification { pass, pass_db, stop, stop_db } = wanted;
+    pub fn meeting(specification: Specification, rate: f64) -> Result<Self, BadInput> {
+        let Specification { pass, pass_db, stop, stop_db } = specification;
         if !(pass > 0.0 && pass < stop && stop < 0.5 * rate && pass_db < 0.0 && stop_db < pass_db) {
             let expected = "0 < pass < stop < rate/2 and 0 > pass gain > stop gain";
             return Err(BadInput::new(

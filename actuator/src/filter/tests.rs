@@ -89,14 +89,14 @@ fn local_polynomials_and_medians_are_those_of_scipy() {
 
 #[test]
 fn specification_is_met_with_the_order_of_scipy() {
-    let wanted = Specification { pass: 20.0, pass_db: -1.0, stop: 60.0, stop_db: -40.0 };
-    let filter = LowPass::meeting(wanted, 400.0).unwrap();
+    let specification = Specification { pass: 20.0, pass_db: -1.0, stop: 60.0, stop_db: -40.0 };
+    let filter = LowPass::meeting(specification, 400.0).unwrap();
     assert_eq!(filter.order, 5);
     assert!((filter.cutoff - 22.835645407869638).abs() < 1e-9);
     let db = |f: f64| 20.0 * filter.gain(f).log10();
     assert!((db(20.0) + 1.0).abs() < 1e-9 && db(60.0) < -40.0 && (db(filter.cutoff) + 3.0103).abs() < 1e-3);
     assert!((filter.gain(0.0) - 1.0).abs() < 1e-12);
-    let narrow = Specification { pass: 59.9, ..wanted };
+    let narrow = Specification { pass: 59.9, ..specification };
     assert_eq!(LowPass::meeting(narrow, 400.0).unwrap_err().place, "specification of the filter");
 }
 

@@ -107,7 +107,7 @@ fn directed_law_with_equal_sides_is_the_struct_of_the_servo() {
 }
 
 #[test]
-fn bristles_come_to_the_steady_law_whatever_the_step() {
+fn bristles_converge_to_the_steady_law_for_any_step() {
     let p = vec![0.3, 0.2, 0.1, 0.05];
     for h in [1e-4, 1e-2, 1.0] {
         let mut bristles = Bristles {

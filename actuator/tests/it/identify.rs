@@ -196,7 +196,7 @@ fn viscous_friction_of_a_slow_joint_is_found() {
 
 /// Wan et al., table 2, joint 1, without noise: every method recovers the law within its stated accuracy.
 #[test]
-fn methods_end_on_the_law_or_honestly_beside_it() {
+fn methods_recover_the_law_within_their_stated_errors() {
     let law = Law::named("directed-stribeck").unwrap();
     let truth = [6.17, 6.26, 4.98, 4.73, 0.2, 0.2, 12.18];
     let velocity: Vec<f64> = (1..=100).flat_map(|k| [0.01 * f64::from(k), -0.01 * f64::from(k)]).collect();

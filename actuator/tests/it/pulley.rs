@@ -79,7 +79,7 @@ fn standard_errors_cover_the_truth_in_95_of_100() {
 }
 
 #[test]
-fn a_law_that_misses_the_curve_says_so_by_its_standard_errors() {
+fn a_law_that_misses_the_curve_has_large_standard_errors() {
     let samples = samples(1, 4.0, true);
     let right = identify_pulley(&samples, &Law::Stribeck(SymmetricStribeck), &SERVO).unwrap();
     let wrong = identify_pulley(&samples, &Law::CoulombViscous(CoulombViscous), &SERVO).unwrap();
@@ -88,7 +88,7 @@ fn a_law_that_misses_the_curve_says_so_by_its_standard_errors() {
 }
 
 #[test]
-fn a_slack_tendon_tells_friction_in_shares_of_the_load() {
+fn a_slack_tendon_gives_friction_in_shares_of_the_load() {
     let samples = samples(2, 4.0, false);
     let servo = PulleyServo { stall_torque: SCALE, ..SERVO };
     let found = identify_pulley(&samples, &Law::Stribeck(SymmetricStribeck), &servo).unwrap();
@@ -98,7 +98,7 @@ fn a_slack_tendon_tells_friction_in_shares_of_the_load() {
 }
 
 #[test]
-fn recordings_that_cannot_tell_are_refused() {
+fn uninformative_recordings_are_refused() {
     let law = Law::Stribeck(SymmetricStribeck);
     let refused = |samples: &SteadySamples| identify_pulley(samples, &law, &SERVO).unwrap_err().to_string();
     let good = samples(1, 4.0, true);

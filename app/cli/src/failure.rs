@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_command_has_told_is_not_told_again() {
+    fn an_error_that_a_command_reported_is_not_reported_again() {
         let failed = |how: CommandFailed| anyhow::Error::new(how).context("[2/5] identify");
         for (how, code, is_reported_already) in [
             (CommandFailed::Ended(1), 1, true),

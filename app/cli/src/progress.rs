@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_of_the_log_says_how_far_and_how_long() {
+    fn a_line_of_the_log_has_distance_and_duration() {
         let minute = Duration::from_secs(60);
         assert_eq!(
             line("samples", [1000, 7000], Some(19_000), minute, "held out 0.1 mm"),

@@ -168,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colours_are_off_where_nobody_wants_them() {
+    fn colours_are_off_on_request() {
         assert!(has_colours(None) && has_colours(Some("".into())) && !has_colours(Some("1".into())));
     }
 

@@ -5,7 +5,7 @@ use crate::observer::Dynamics;
 /// τ = M(q) (q̈_d + K_d (q̇_d − q̇) + K_p (q_d − q)) + c(q, q̇) + g(q): with the right dynamics the error of every joint obeys
 /// ë + K_d ė + K_p e = 0.
 ///
-/// Feed-forward alone is [`Dynamics::inverse`] of the motion that is wanted.
+/// Feed-forward alone is [`Dynamics::inverse`] of the motion that is desired.
 ///
 /// # Reference
 /// Siciliano et al. (2009), Robotics: modelling, planning and control, section 8.5.2.
@@ -26,10 +26,10 @@ impl<D: Dynamics> ComputedTorque<D> {
     }
 
     /// Writes the torques at (q, q̇) for the motion (q_d, q̇_d, q̈_d), n numbers each [N m] or [N]. Allocates nothing.
-    pub fn torque(&mut self, [q, dq]: [&[f64]; 2], wanted: [&[f64]; 3], torque: &mut [f64]) {
+    pub fn torque(&mut self, [q, dq]: [&[f64]; 2], desired: [&[f64]; 3], torque: &mut [f64]) {
         for (j, asked) in self.asked.iter_mut().enumerate() {
             let w = self.bandwidths[j];
-            *asked = wanted[2][j] + 2.0 * w * (wanted[1][j] - dq[j]) + w * w * (wanted[0][j] - q[j]);
+            *asked = desired[2][j] + 2.0 * w * (desired[1][j] - dq[j]) + w * w * (desired[0][j] - q[j]);
         }
         self.dynamics.inverse(q, dq, &self.asked, torque);
     }

@@ -79,12 +79,12 @@ impl<'a> InverseController<'a> {
     /// One sample further; none at the end of the path. Does not allocate.
     pub fn step(&mut self) -> Option<SampleFlags> {
         let point = self.path.get(self.n_done)?;
-        self.regression.strokes_into(point.position, &mut self.limiter.wanted);
+        self.regression.strokes_into(point.position, &mut self.limiter.desired);
         self.raw.clear();
-        self.features.append(&self.path, self.n_done, &self.limiter.wanted, &mut self.raw);
+        self.features.append(&self.path, self.n_done, &self.limiter.desired, &mut self.raw);
         let is_new = self.predictor.step(&self.raw, &mut self.correction);
         let is_extrapolating = is_outside(self.model, point.position) || is_new;
-        for (stroke, correction) in self.limiter.wanted.iter_mut().zip(&self.correction) {
+        for (stroke, correction) in self.limiter.desired.iter_mut().zip(&self.correction) {
             *stroke += correction;
         }
         let is_limited = self.limiter.apply(self.n_done == 0);
@@ -123,7 +123,7 @@ struct Limiter {
     /// Largest change in a sample [m].
     largest_change: f64,
     /// Asked for (n_tendons) [m].
-    wanted: Vec<f64>,
+    desired: Vec<f64>,
     /// Allowed (n_tendons) [m].
     strokes: Vec<f64>,
 }
@@ -133,7 +133,7 @@ impl Limiter {
         check_limits(&limits)?;
         let zeros = vec![0.0; model.n_tendons];
         let largest_change = limits.stroke_rate * model.step_s;
-        Ok(Self { limits, largest_change, wanted: zeros.clone(), strokes: zeros })
+        Ok(Self { limits, largest_change, desired: zeros.clone(), strokes: zeros })
     }
 
     /// Moves as far towards the requested strokes as allowed; the first sample may begin anywhere in the
@@ -141,10 +141,10 @@ impl Limiter {
     fn apply(&mut self, is_first: bool) -> bool {
         let mut is_limited = false;
         let largest = if is_first { f64::INFINITY } else { self.largest_change };
-        for (stroke, &wanted) in self.strokes.iter_mut().zip(&self.wanted) {
-            let within = wanted.clamp(self.limits.stroke.min, self.limits.stroke.max);
+        for (stroke, &desired) in self.strokes.iter_mut().zip(&self.desired) {
+            let within = desired.clamp(self.limits.stroke.min, self.limits.stroke.max);
             let allowed = within.clamp(*stroke - largest, *stroke + largest);
-            is_limited |= allowed != wanted;
+            is_limited |= allowed != desired;
             *stroke = allowed;
         }
         is_limited
@@ -206,7 +206,7 @@ impl InverseModel {
             let mut memory = Memory::zeros(self.network.architecture(), ends.len());
             let outputs = network.predict(&batch, &mut memory)?;
             for (i, outputs) in ends.zip(outputs.chunks_exact(self.n_tendons)) {
-                restore_bounded(&self.outputs, outputs, &mut bounded, &mut limiter.wanted);
+                restore_bounded(&self.outputs, outputs, &mut bounded, &mut limiter.desired);
                 let is_limited = limiter.apply(i == 0);
                 let is_extrapolating = is_outside(self, path[i])
                     || self.inputs.is_outside(&path[i][..self.axes().len()], RANGE_MARGIN);

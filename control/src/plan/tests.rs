@@ -349,7 +349,7 @@ fn a_plan_file_that_is_not_there_is_bad_input() {
 }
 
 #[test]
-fn a_way_of_the_tip_says_nothing_of_strokes() {
+fn a_path_of_the_tip_has_no_strokes() {
     reject("seed = 3", "seed = 3\nspace = \"tip\"", "co_contraction_mm", "0.5");
     // Farther than any stroke may go: only the tip does.
     let text = changed("seed = 3", "seed = 3\nspace = \"tip\"").replace("co_contraction_mm = 0.5\n", "");

@@ -158,7 +158,7 @@ fn in_space(name: &str, index: u64, axes: Axes) -> Demonstration {
 }
 
 #[test]
-fn a_tip_in_space_tells_what_one_in_the_plane_does_not() {
+fn a_tip_in_space_determines_more_than_one_in_the_plane() {
     let dataset = |axes| {
         let all = (0..10).map(|k| in_space(&format!("ellipse-{k}"), k, axes)).collect();
         Dataset::new(all, &["ellipse-4".to_owned(), "ellipse-5".to_owned()], 1).unwrap()

@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn of_what_a_file_makes_long_beginning_and_end_are_told() {
+    fn long_texts_of_a_file_are_reported_by_beginning_and_end() {
         let long = format!("begins{}ends", "ä".repeat(100_000));
         let message = BadInput::new(&long, "few words", &long).within("a.toml").to_string();
         assert!(message.starts_with("a.toml: begins") && message.ends_with("ends"), "{message}");

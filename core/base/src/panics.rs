@@ -32,7 +32,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panic_is_caught_and_others_go_on() {
+    fn a_panic_is_caught_and_others_continue() {
         assert_eq!(caught(|| 3), Some(3));
         assert_eq!(caught(|| assert_eq!(1, 2, "a page of a damaged file")), None);
         assert!(!IS_EXPECTED.get());

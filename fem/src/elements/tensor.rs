@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn inverse_root_is_as_close_as_it_says() {
+    fn inverse_root_is_as_accurate_as_documented() {
         let ratio = |e: f64| INVERSE_ROOT.iter().rev().fold(0.0, |sum, c| sum * e + c) * (1.0 + e).sqrt();
         let over = |largest: f64| (-1000..=1000).map(move |k| f64::from(k) * 1e-3 * largest);
         let worst = over(0.12).map(|e| (ratio(e) - 1.0).abs()).fold(0.0, f64::max);

@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn content_counts_where_the_ending_says_nothing() {
+    fn content_decides_without_a_known_ending() {
         assert!(hint("part.msh", b"solid part\n facet").contains("ending .stl"));
         assert!(hint("part.msh", b"ISO-10303-21;\n").contains("ending .step"));
         assert_eq!(refusal(Path::new("part.stl"), b"\xef\xbb\xbf$MeshFormat\n"), None);

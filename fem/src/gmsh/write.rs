@@ -174,13 +174,13 @@ fn in_blocks(
     (kind, n_nodes): (i64, usize),
     elements: &[&[u32]],
     tags: &[Vec<i32>],
-    wanted: impl Fn(&Vec<i32>) -> bool,
+    selects: impl Fn(&Vec<i32>) -> bool,
     entities: &mut Vec<Vec<i32>>,
 ) -> Vec<WrittenBlock> {
     let mut entity_of: BTreeMap<&[i32], i32> = BTreeMap::new();
     let mut blocks: Vec<WrittenBlock> = Vec::new();
     for (element, tags) in elements.iter().zip(tags) {
-        if !wanted(tags) {
+        if !selects(tags) {
             continue;
         }
         let entity = *entity_of.entry(tags).or_insert_with(|| {

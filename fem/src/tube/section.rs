@@ -191,8 +191,8 @@ fn rings(walls: &Walls, circles: &[WallCircle]) -> Vec<[f64; 2]> {
     let symmetry = symmetry(walls);
     let mut out = Vec::new();
     for ring in 1..n_spacings {
-        let wanted = total * ring as f64 / n_spacings as f64;
-        let r = radius(spacings.partition_point(|s| *s < wanted).min(STEPS));
+        let target = total * ring as f64 / n_spacings as f64;
+        let r = radius(spacings.partition_point(|s| *s < target).min(STEPS));
         let sides = symmetry * ((TAU * r / size(r) / symmetry as f64).round() as usize).max(1);
         let start = if ring % 2 == 1 { 0.5 * TAU / sides as f64 } else { 0.0 };
         out.extend(polygon([0.0; 2], r, sides, start));

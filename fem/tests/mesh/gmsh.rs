@@ -93,7 +93,7 @@ const SHUFFLED: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Comments\nby hand
     $Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n";
 
 #[test]
-fn node_tags_are_believed_and_loose_nodes_dropped() {
+fn node_tags_are_read_and_loose_nodes_dropped() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("shuffled.msh");
     std::fs::write(&path, SHUFFLED).expect("written");

@@ -79,7 +79,7 @@ impl Beam {
 const BEAM: Beam = Beam { side: 0.01, length: 0.15 };
 
 #[test]
-fn cantilever_bends_as_timoshenko_says() {
+fn cantilever_bends_as_by_timoshenko() {
     // The clamp hinders the section from widening, which beam theory does not know: half a per cent here.
     let ratio = BEAM.ratio(0.3, Order::Quadratic, 3, 30);
     assert!((0.99..1.0).contains(&ratio), "{ratio}");

@@ -128,7 +128,7 @@ fn slack_tendons_identify_friction_and_the_rest_is_named_with_what_to_record() {
 }
 
 #[test]
-fn recordings_that_tell_nothing_are_refused() {
+fn recordings_without_information_are_refused() {
     let place = tempfile::tempdir().unwrap();
     let folder = place.path();
     record(folder, "virtual:typical", "1", "good");

@@ -139,7 +139,7 @@ fn rod(place: &Workplace) {
 }
 
 #[test]
-fn what_linear_tetrahedra_lose_is_said_before_and_after_a_run() {
+fn locking_of_linear_tetrahedra_is_reported_before_and_after_a_run() {
     let place = Workplace::new();
     rod(&place);
     let check = place.run(&["check", "rod.toml", "--json"]).succeeded();

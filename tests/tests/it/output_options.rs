@@ -120,7 +120,7 @@ fn every_output_option_is_tried() {
 }
 
 #[test]
-fn every_verb_says_its_exit_codes_and_they_are_those_of_the_table() {
+fn every_verb_lists_its_exit_codes_and_they_are_those_of_the_table() {
     let readme = std::fs::read_to_string(root().join("app/cli/README.md")).unwrap();
     let code = |line: &str| line.strip_prefix("| ")?.split(' ').next()?.parse::<u32>().ok();
     let table: BTreeSet<u32> = readme.lines().filter_map(code).collect();

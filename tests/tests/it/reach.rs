@@ -63,7 +63,7 @@ fn strokes_found_for_goals_bring_the_tip_there() {
 }
 
 #[test]
-fn goals_out_of_reach_are_counted_and_the_run_goes_on() {
+fn goals_out_of_reach_are_counted_and_the_run_continues() {
     let place = Workplace::new();
     // A soft bound: a light pull on each tendon.
     let text = String::from_utf8(place.read("scene.toml")).unwrap();

@@ -105,8 +105,8 @@ fn servos_that_creep_repeat_themselves_by_right() {
 }
 
 #[test]
-fn arms_at_work_leave_nothing_in_doubt() {
-    let Some(folder) = recorded("arms_at_work_leave_nothing_in_doubt", "arms") else { return };
+fn recordings_of_arms_cause_no_warnings() {
+    let Some(folder) = recorded("recordings_of_arms_cause_no_warnings", "arms") else { return };
     for k in 1..=2 {
         finds(&folder.join(format!("kuka-lwr4/measurements_{k}.npz")), &[], &[]);
     }
@@ -130,7 +130,7 @@ fn arms_at_work_leave_nothing_in_doubt() {
 }
 
 #[test]
-fn clean_recordings_of_the_virtual_rig_leave_nothing_in_doubt() {
+fn clean_recordings_of_the_virtual_rig_cause_no_warnings() {
     let place = Workplace::new();
     for (rig, seed) in [("mild", "1"), ("typical", "2"), ("typical/7", "3"), ("wide/4", "4")] {
         let out = format!("{}-{seed}", rig.replace('/', "-"));

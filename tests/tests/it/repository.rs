@@ -26,7 +26,7 @@ fn the_main_job_runs_in_full() {
 }
 
 #[test]
-fn help_teaches_every_verb() {
+fn help_explains_every_verb() {
     let help = run(root(), &["--help"]).succeeded().stdout;
     assert!(help.contains("Exit codes"));
     for verb in ["simulate", "mesh", "check", "target", "evaluate", "run", "demo"] {

@@ -36,7 +36,7 @@ fn write_pushes(path: &Path, seconds: u32) {
 }
 
 #[test]
-fn a_robot_without_force_sensors_tells_tensions_and_pushes() {
+fn a_robot_without_force_sensors_estimates_tensions_and_pushes() {
     let place = tempfile::tempdir().unwrap();
     let folder = place.path();
     write_strokes(&folder.join("strokes.csv"), 60);

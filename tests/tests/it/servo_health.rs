@@ -45,7 +45,7 @@ fn estimate(servo: &Value, path: &str) -> [f64; 2] {
 }
 
 #[test]
-fn worn_servos_are_told_from_sound_ones_and_by_how_much() {
+fn worn_servos_are_distinguished_from_sound_ones_and_quantified() {
     let place = tempfile::tempdir().unwrap();
     let folder = place.path();
     record(folder, "virtual:typical", "1", "before", &[]);

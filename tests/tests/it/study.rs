@@ -335,7 +335,7 @@ fn a_stamp_cannot_name_files_outside_of_its_folder() {
 
 #[test]
 #[cfg(unix)]
-fn an_interrupted_study_says_so_once() {
+fn an_interrupted_study_is_reported_once() {
     let place = Place::new(&[HEAD, LEARN].concat());
     let outcome = hysteron_tests::interrupt(place.path(), &RUN, "out/stages/identify.json");
     assert!(outcome.error(1).contains("interrupted"), "{}", outcome.stderr);

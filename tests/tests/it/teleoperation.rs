@@ -87,7 +87,7 @@ fn the_emulated_follower_has_the_fault_of_the_trajectory() {
 }
 
 #[test]
-fn wrong_arguments_are_told_before_a_port_is_opened() {
+fn wrong_arguments_are_reported_before_a_port_is_opened() {
     let folder = tempfile::tempdir().unwrap();
     let emulate = |arguments: &[&str]| {
         run(folder.path(), &[&["arm", "emulate", "--dir", "arms", "--for-s", "0"], arguments].concat())

@@ -20,7 +20,7 @@ const TRAIN: [&str; 10] = [
 ];
 
 #[test]
-fn an_interrupted_training_fails_keeps_its_best_weights_and_goes_on() {
+fn an_interrupted_training_fails_keeps_its_best_weights_and_resumes() {
     let place = tempfile::tempdir().unwrap();
     run(place.path(), &RECORD).succeeded();
     let [checkpoint, session] =
@@ -85,7 +85,7 @@ fn plain_tables(place: &Path) {
 }
 
 #[test]
-fn tables_without_a_plan_are_validated_on_every_kind_of_motion_and_the_report_says_all_of_it() {
+fn tables_without_a_plan_are_validated_on_every_kind_of_motion_as_reported() {
     let place = tempfile::tempdir().unwrap();
     plain_tables(place.path());
     let train = ["train", "tables", "--out", "inverse.safetensors", "--epochs", "2", "--hidden", "8"];

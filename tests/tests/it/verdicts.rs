@@ -98,7 +98,7 @@ fn fit(place: &Workplace, zero_mm: &str) -> Value {
 }
 
 #[test]
-fn a_scene_that_ends_on_a_bound_says_so_and_one_that_follows_nothing_is_not_usable() {
+fn a_fit_at_a_bound_is_reported_and_a_scene_that_follows_nothing_is_not_usable() {
     let place = recorded();
     let metrics = fit(&place, "[-0.1, 0.1]");
     let zero = &metrics["parameters"][0];

@@ -74,7 +74,7 @@ const PART: [&str; 8] =
     ["--subsets", "weight", "--payloads-g", "300", "--splits", "train", "--trajectories", "1"];
 
 #[test]
-fn a_data_set_goes_on_where_it_was_and_is_the_same_on_any_number_of_threads() {
+fn a_data_set_resumes_and_is_the_same_on_any_number_of_threads() {
     let place = tempfile::tempdir().unwrap();
     let generate = |out: &str, more: &[&str]| {
         run(place.path(), &[&["arm", "generate", "--out", out, "--seed", "3"], &PART[..], more].concat())

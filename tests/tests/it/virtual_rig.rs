@@ -12,7 +12,7 @@ fn recordings(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn one_command_makes_a_data_set_with_everything_beside_it() {
+fn one_command_makes_a_data_set_with_all_its_files() {
     let place = tempfile::tempdir().unwrap();
     let outcome = run(place.path(), &[&RECORD[..], &["data", "--png"]].concat()).succeeded();
     assert!(outcome.stdout.contains("recordings: 5"), "{}", outcome.stdout);
@@ -74,7 +74,7 @@ fn threads_change_no_byte_and_another_seed_changes_the_noise() {
 }
 
 #[test]
-fn a_data_set_goes_on_where_it_stopped() {
+fn a_data_set_resumes_where_it_stopped() {
     let place = tempfile::tempdir().unwrap();
     let record = || run(place.path(), &[&RECORD[..], &["data"]].concat());
     record().succeeded();

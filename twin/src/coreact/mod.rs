@@ -2,7 +2,7 @@
 //! tip to where the robot's tip was measured.
 //!
 //! The paper enforces the strokes of all auxiliary tendons as equalities. Held at zero they would clamp the body:
-//! S(u, 0) would not be the bare twin that its eq. 5 says it is. So a stroke s_j is here the one that the tendon's
+//! S(u, 0) would not be the uncorrected twin of its eq. 5. So a stroke s_j is here the one that the tendon's
 //! tension alone makes on the straight body, T_j = s_j / c_j: zero does nothing, and the bounds on stroke, rate
 //! and tension (eqs. 15-17) are all boxes of one variable.
 

@@ -230,13 +230,13 @@ impl Selected {
 /// # Errors
 /// A name that is none, or twice; both kinds of zeros; friction of a scene that has none; bounds that do not hold the
 /// value of the scene; a width that is no positive number, or on a logarithmic scale no factor above one.
-pub fn select(scene: &Scene, wanted: &[FitParameter]) -> Result<Vec<Selected>> {
+pub fn select(scene: &Scene, requested: &[FitParameter]) -> Result<Vec<Selected>> {
     let mut selected: Vec<Selected> = Vec::new();
-    for wanted in wanted {
-        let group = GROUPS.iter().find(|(name, _)| *name == wanted.name);
-        let names = group.map_or_else(|| vec![wanted.name.as_str()], |(_, names)| names.to_vec());
+    for requested in requested {
+        let group = GROUPS.iter().find(|(name, _)| *name == requested.name);
+        let names = group.map_or_else(|| vec![requested.name.as_str()], |(_, names)| names.to_vec());
         for name in names {
-            let more = values(scene, name, wanted, &selected)?;
+            let more = values(scene, name, requested, &selected)?;
             selected.extend(more);
         }
     }
@@ -247,7 +247,7 @@ pub fn select(scene: &Scene, wanted: &[FitParameter]) -> Result<Vec<Selected>> {
 }
 
 /// All values of the quantity called `name`, which is not among `before`.
-fn values(scene: &Scene, name: &str, wanted: &FitParameter, before: &[Selected]) -> Result<Vec<Selected>> {
+fn values(scene: &Scene, name: &str, requested: &FitParameter, before: &[Selected]) -> Result<Vec<Selected>> {
     let is_named = |quantity: &&SceneQuantity| quantity.name == name || quantity.key.0 == name;
     let Some(quantity) = QUANTITIES.iter().find(is_named) else {
         let known = QUANTITIES.iter().map(|quantity| quantity.name).chain(GROUPS.iter().map(|group| group.0));
@@ -258,7 +258,7 @@ fn values(scene: &Scene, name: &str, wanted: &FitParameter, before: &[Selected])
         return Err(BadInput::new("--fit", "each quantity once", found).into());
     }
     let si = |value: f64| value / quantity.key.1;
-    let width = match (wanted.width, quantity.scale) {
+    let width = match (requested.width, quantity.scale) {
         (Some(width), ParameterScale::Linear) => si(width),
         (width, _) => width.unwrap_or(quantity.width),
     };
@@ -267,7 +267,7 @@ fn values(scene: &Scene, name: &str, wanted: &FitParameter, before: &[Selected])
         let expected = format!("a number above {least}");
         return Err(BadInput::new(format!("width of {name}"), expected, width.to_string()).into());
     }
-    let bounds = match wanted.bounds {
+    let bounds = match requested.bounds {
         Some(given) => Bounds { min: si(given.min), max: si(given.max) },
         None => (quantity.bounds)(scene),
     };

@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_seen_again_is_forgotten() {
+    fn unobserved_changes_decay() {
         let options = AdaptOptions { memory_s: 10.0, ..OPEN };
         let mut filter = AdaptationFilter::new(&spec(), options);
         follow(&mut filter, 1000, &|_| [1e-3, 0.0, 0.0]);

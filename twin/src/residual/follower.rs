@@ -171,7 +171,7 @@ impl<'a> PathFollower<'a> {
     /// Those of [`Plant::step`].
     pub fn step(&mut self, goal: [f64; 2]) -> Result<FollowStep> {
         let is_limited = self.controller.step(goal, self.tip, &mut self.strokes);
-        self.go_on(is_limited)
+        self.advance(is_limited)
     }
 
     /// Goes on by one sample, towards no strokes at all, as fast as the limits allow: the way home, at the end.
@@ -180,7 +180,7 @@ impl<'a> PathFollower<'a> {
     /// Those of [`Plant::step`].
     pub fn step_home(&mut self) -> Result<FollowStep> {
         self.controller.return_home(&mut self.strokes);
-        self.go_on(false)
+        self.advance(false)
     }
 
     /// True where all strokes are zero.
@@ -188,14 +188,14 @@ impl<'a> PathFollower<'a> {
         self.controller.is_home()
     }
 
-    fn go_on(&mut self, is_limited: bool) -> Result<FollowStep> {
+    fn advance(&mut self, is_limited: bool) -> Result<FollowStep> {
         let step = self.plant.step(&self.strokes)?;
         self.tip = Some(step.tip);
         Ok(FollowStep { tip: step.tip, is_limited, is_extrapolating: step.is_extrapolating })
     }
 }
 
-/// Response of x and y of the tip to (a, b) [-]: secants of the bare twin, from -`amplitude` to `amplitude`.
+/// Response of x and y of the tip to (a, b) [-]: secants of the uncorrected twin, from -`amplitude` to `amplitude`.
 fn effect_of(twin: &Twin, coordinates: Coordinates, amplitude: f64) -> Result<Matrix2<f64>> {
     let mut effect = Matrix2::zeros();
     let mut strokes = vec![0.0; twin.n_primary];

@@ -168,9 +168,9 @@ pub fn score<'a>(
             ("tip and twin alone", &direct),
             ("no force", &vec![Vector3::zeros(); own.len()]),
         ] {
-            for (samples, wanted) in [("moving", false), ("at rest", true)] {
+            for (samples, is_resting) in [("moving", false), ("at rest", true)] {
                 let chosen: Vec<usize> =
-                    (0..force.len()).filter(|&i| settled[i] && rest[i] == wanted).collect();
+                    (0..force.len()).filter(|&i| settled[i] && rest[i] == is_resting).collect();
                 forces.extend(force_score(method, samples, &chosen, force, estimate));
             }
         }

@@ -67,7 +67,7 @@ mod tests {
         TensionErrors { force_scale: 1.2, walk_sqrt_n: 0.5, model_n: 3.0, load_n: 1.5 };
 
     #[test]
-    fn loads_take_the_twins_error_away_and_rest_keeps_what_they_said() {
+    fn loads_correct_the_twins_error_and_rest_keeps_the_correction() {
         let mut filter = TensionFilter::new(ERRORS, 0.01);
         // The robot has 1.2 times the twin's tension and 2 N more.
         for _ in 0..400 {

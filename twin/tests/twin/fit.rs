@@ -294,11 +294,11 @@ fn friction_and_backlash_come_back() {
 fn selection_is_checked() {
     let (scene, _) = scenes::robot();
     let place = |names: &[(&str, Option<Bounds>)]| {
-        let wanted = |(name, bounds): &(&str, Option<Bounds>)| FitParameter {
+        let parameter = |(name, bounds): &(&str, Option<Bounds>)| FitParameter {
             bounds: *bounds,
             ..FitParameter::named(*name)
         };
-        let names: Vec<_> = names.iter().map(wanted).collect();
+        let names: Vec<_> = names.iter().map(parameter).collect();
         select(&scene, &names).err().map(|error| error.bad_input().unwrap().place.clone())
     };
     assert_eq!(place(&[("youngs_modulus_mpa", None), ("zero", None)]), None);

@@ -24,7 +24,7 @@ fn under(twin: &Twin, bent: &[Target], force: [f64; 3]) -> ([f64; 3], Vec<f64>) 
 }
 
 #[test]
-fn a_force_moves_the_tip_and_changes_tensions_as_the_response_says() {
+fn a_force_moves_the_tip_and_changes_tensions_by_the_response() {
     let (mut scene, mesh) = scenes::robot();
     scene.tendons.iter_mut().for_each(|tendon| tendon.compliance = 1e-4);
     let twin = Twin::new(&scene, &mesh).expect("a good scene");

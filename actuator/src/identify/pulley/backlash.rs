@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn recordings_that_cannot_tell_say_what_to_record() {
+    fn uninformative_recordings_name_what_to_record() {
         let (angle, tension) = record(0.01, 0.0);
         let record = PulleyRecord { angle: &angle, load: &angle, tension: None };
         let refused = identify_backlash(&[record]).unwrap_err().to_string();

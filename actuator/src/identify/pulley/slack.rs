@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_of_a_slack_tendon_are_told_from_those_of_a_taut_one() {
+    fn samples_of_a_slack_tendon_are_distinguished_from_those_of_a_taut_one() {
         for (noise, taut) in [(1e-3, 30.0), (3e-3, 10.0)] {
             let (samples, truth) = samples(noise, taut);
             let found = find_slack(&samples);

@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cell_reads_back_whatever_its_numbers_are() {
+    fn a_cell_reads_back_with_any_numbers() {
         let folder = tempfile::tempdir().unwrap();
         let identity = json!({ "seed": 1 });
         let numbers = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -0.0, 5e-324, f64::MAX, 0.1];

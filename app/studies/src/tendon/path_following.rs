@@ -134,7 +134,7 @@ mod tests {
         Followed { nrmse_percent: 2.0, iou: 0.9, aligned_rmse_mm: Some(1.0), lag_ms: Some(50.0) };
 
     #[test]
-    fn refused_paths_are_told_and_do_not_count() {
+    fn refused_paths_are_reported_and_do_not_count() {
         let other =
             Followed { nrmse_percent: 1.0, iou: 0.8, aligned_rmse_mm: Some(2.0), lag_ms: Some(-20.0) };
         assert_eq!(means(&[Some(ONE), Some(other)]), "1.50, 0.850, 1.50, 15");
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_paper_does_not_give_is_not_told() {
+    fn values_missing_in_a_paper_are_not_shown() {
         let printed = Followed { aligned_rmse_mm: None, lag_ms: None, ..ONE };
         assert_eq!(spreads(&[printed], 0), "2.00 ± 0.00, 0.900 ± 0.000");
     }

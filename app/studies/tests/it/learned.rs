@@ -50,7 +50,7 @@ fn machines_can_share_the_seeds_of_a_study() {
 }
 
 #[test]
-fn a_study_that_was_ended_goes_on_to_the_same_rows() {
+fn a_study_that_was_stopped_resumes_to_the_same_rows() {
     let study = small_study();
     let model = Model::builtin("three-link").unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -112,8 +112,8 @@ fn an_arm_with_other_joints_than_recorded_is_refused() {
 }
 
 #[test]
-fn a_study_of_a_recorded_arm_ends_within_its_simple_models_and_goes_on() {
-    let name = "a_study_of_a_recorded_arm_ends_within_its_simple_models_and_goes_on";
+fn a_study_of_a_recorded_arm_ends_within_its_simple_models_and_resumes() {
+    let name = "a_study_of_a_recorded_arm_ends_within_its_simple_models_and_resumes";
     let Some(folder) = recorded(name, "arms/panda-gaz") else { return };
     let (set, arm, options) = (panda(&folder).unwrap(), recorded_panda(), quick());
     let [whole, ended] = [(); 2].map(|()| tempfile::tempdir().unwrap());

@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn an_interrupted_verb_is_cancelled_and_says_what_is_kept() {
+    fn an_interrupted_verb_is_cancelled_and_names_the_kept_results() {
         let door = WorkflowError::from(anyhow::Error::new(Cancelled::new("; nothing is written")));
         assert!(matches!(door, WorkflowError::Cancelled(_)), "{door:?}");
         assert_eq!(door.to_string(), "interrupted; nothing is written");

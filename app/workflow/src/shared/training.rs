@@ -165,7 +165,7 @@ mod tests {
     use hysteron_learn::ChannelErrors;
 
     #[test]
-    fn a_page_says_where_a_network_loses_and_on_what_it_was_validated() -> anyhow::Result<()> {
+    fn a_page_names_losses_to_baselines_and_validation_recordings() -> anyhow::Result<()> {
         let folder = tempfile::tempdir()?;
         let networks = [FitReport {
             training: vec!["circle-1".to_owned()],

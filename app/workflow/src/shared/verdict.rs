@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_comparison_is_with_the_baseline_and_a_single_seed_says_so() {
+    fn a_comparison_is_with_the_baseline_and_reports_a_single_seed() {
         let methods = |best: f64| [("mean".to_owned(), 2.0), ("network".to_owned(), best)];
         let verdict_of = |best: f64, seeds: usize| {
             let judged = compared(Verdict::on("it holds"), ("error", "N"), &methods(best), "mean");

@@ -177,7 +177,7 @@ fn mjcf_that_is_not_understood_is_refused() {
 }
 
 #[test]
-fn numbers_that_cannot_be_are_told() {
+fn impossible_numbers_are_reported() {
     let text = |mass: &str, inertia: &str| {
         format!(
             r#"<robot name="r"><link name="b"/><link name="a"><inertial><mass value="{mass}"/>{inertia}</inertial></link>

@@ -147,7 +147,7 @@ fn large_files_are_read_or_refused_at_once() {
 }
 
 #[test]
-fn the_page_on_robot_files_says_what_the_reader_of_urdf_does() {
+fn the_page_on_robot_files_describes_the_reader_of_urdf() {
     let page =
         std::fs::read_to_string(format!("{}/../../docs/robot-files.md", env!("CARGO_MANIFEST_DIR"))).unwrap();
     for row in Model::urdf_table().lines() {

@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn a_standing_joint_keeps_what_moving_ones_said() {
+    fn a_joint_at_rest_keeps_the_estimate_from_moving_ones() {
         let (lever, force, period) = ([0.1, 0.0, 0.3], 2.0, 0.01);
         let mut filter = ForceFilter::new(1.0, 5.0);
         for _ in 0..100 {

@@ -62,12 +62,12 @@ impl FrictionModel {
         }
     }
 
-    /// `wanted`, as far as dry friction at rest goes [N m].
-    fn stuck(&self, joint: usize, at: &Sliding, wanted: f64) -> f64 {
+    /// `applied`, as far as dry friction at rest goes [N m].
+    fn stuck(&self, joint: usize, at: &Sliding, applied: f64) -> f64 {
         let (law, p) = &self.laws[joint];
-        // Towards `wanted`: a law may have other friction in the other direction.
-        let dry = law.budget(p, &Sliding { velocity: 1e-12_f64.copysign(wanted), ..*at }).dry;
-        wanted.clamp(-dry, dry)
+        // Towards `applied`: a law may have other friction in the other direction.
+        let dry = law.budget(p, &Sliding { velocity: 1e-12_f64.copysign(applied), ..*at }).dry;
+        applied.clamp(-dry, dry)
     }
 
     /// [`Self::torque`] of one sample after the other. `resting` is `held` as if nothing accelerated: accelerations from

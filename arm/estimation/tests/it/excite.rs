@@ -112,8 +112,8 @@ fn exciting_trajectories_keep_their_limits_and_show_more() {
         let states = states_of(&model, motion, 100.0, Metadata::default()).unwrap();
         assert_eq!((states.n_samples(), states.rate_hz().map(f64::round)), (501, Some(100.0)));
         // Torques, on rows that the search did not see.
-        let wanted = DynamicsOutput { frame: 0, derivatives: false };
-        let dynamics = dynamics_of_rows(&model, &states, wanted, Metadata::default()).unwrap();
+        let output = DynamicsOutput { frame: 0, derivatives: false };
+        let dynamics = dynamics_of_rows(&model, &states, output, Metadata::default()).unwrap();
         for (k, joint) in model.joints().iter().enumerate() {
             let of = |quantity| dynamics.require(&channel_name(&model, quantity, k)).unwrap();
             for (tau, dq) in of(JointQuantityKind::Torque).iter().zip(of(JointQuantityKind::Velocity)) {

@@ -72,7 +72,7 @@ fn torques_of_another_motion_are_predicted_and_friction_comes_back() {
 }
 
 #[test]
-fn torques_that_come_a_sample_early_are_told_exactly() {
+fn torques_that_come_a_sample_early_are_identified_exactly() {
     let truth = Model::builtin("three-link").unwrap();
     let n = truth.n_joints();
     let motion = motion(&truth, 800, 0.0, 1);

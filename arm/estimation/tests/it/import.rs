@@ -269,7 +269,7 @@ pub(crate) fn write_lerobot(path: &Path, n_episodes: i64) {
 }
 
 #[test]
-fn an_episode_of_lerobot_is_read_once_its_unit_is_said() {
+fn an_episode_of_lerobot_is_read_once_its_unit_is_given() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("episodes.parquet");
     write_lerobot(&path, 2);

@@ -196,8 +196,8 @@ fn torques_and_derivatives_are_those_of_pinocchio_in_every_unit() {
         .collect();
         let time = (0..rows.len()).map(|k| k as f64).collect();
         let states = Recording::new(time, channels, Vec::new(), Metadata::default()).unwrap();
-        let wanted = DynamicsOutput { frame: 0, derivatives: true };
-        let table = dynamics_of_rows(&model, &states, wanted, Metadata::default()).unwrap();
+        let output = DynamicsOutput { frame: 0, derivatives: true };
+        let table = dynamics_of_rows(&model, &states, output, Metadata::default()).unwrap();
         assert_eq!(table.channels().len() + 2, columns_of_dynamics(2, true, true));
         let [csv, parquet] = ["csv", "parquet"].map(|ending| folder.path().join(format!("{name}.{ending}")));
         table.write(&csv).unwrap();

@@ -294,7 +294,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_best_threshold_tells_apart_what_can_be() {
+    fn the_best_threshold_separates_separable_classes() {
         let scores = [(0.1, false), (0.4, false), (0.3, true), (0.7, true), (0.8, true)];
         let at = best_threshold(&scores);
         // One of five is wrong, in any position.

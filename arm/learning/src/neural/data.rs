@@ -193,7 +193,7 @@ pub fn trajectory_of(
         let expected = format!("{m} motors, as the others or the model have");
         return Err(BadInput::new("recording", expected, recorded.joints.len().to_string()));
     }
-    let wanted = [
+    let required = [
         JointQuantityKind::Goal,
         JointQuantityKind::Position,
         JointQuantityKind::Velocity,
@@ -202,7 +202,7 @@ pub fn trajectory_of(
         JointQuantityKind::Temperature,
     ];
     let mut series = Vec::new();
-    for quantity in wanted {
+    for quantity in required {
         series.push(recorded.require(quantity)?);
     }
     let goal_aperture = match features.gripper {

@@ -91,9 +91,10 @@ impl ActuatorOptions {
         if !matches!(self.block, BlockKind::Gru | BlockKind::Lstm) {
             return of(self.block, width);
         }
-        let wanted = of(BlockKind::GatedPreNorm, width).n_parameters();
+        let published = of(BlockKind::GatedPreNorm, width).n_parameters();
         let all = (1..=2 * width.div_ceil(step)).map(|k| of(self.block, k * step));
-        all.min_by_key(|shape| shape.n_parameters().abs_diff(wanted)).unwrap_or_else(|| of(self.block, width))
+        all.min_by_key(|shape| shape.n_parameters().abs_diff(published))
+            .unwrap_or_else(|| of(self.block, width))
     }
 }
 

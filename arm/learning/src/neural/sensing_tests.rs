@@ -87,7 +87,7 @@ fn a_card_learns_from_the_same_samples() {
 }
 
 #[test]
-fn force_and_condition_are_learned_beyond_the_observer_and_training_goes_on_bit_for_bit() {
+fn force_and_condition_are_learned_beyond_the_observer_and_training_resumes_bit_for_bit() {
     let (training, validation, test) = (set(0..4), set(4..6), set(6..8));
     let (model, features, options) = (arm(), features(), options());
     let observers = identified_observers(&model, (&features, PERIOD), &training).unwrap();

@@ -31,7 +31,7 @@ fn a_servo_for_other_motors_or_out_of_range_is_refused() {
 }
 
 #[test]
-fn friction_that_holds_keeps_a_loaded_joint_and_brakes_as_coulomb_says() {
+fn friction_that_holds_keeps_a_loaded_joint_and_brakes_as_by_coulomb() {
     let m = features().motors();
     let mut options = with_servo().options().clone();
     let servo = options.servo.as_mut().unwrap();

@@ -161,7 +161,7 @@ fn scale(trajectories: &[Trajectory]) -> InputScale {
 }
 
 #[test]
-fn there_are_thirty_six_inputs_and_a_state_changes_those_it_says() {
+fn there_are_thirty_six_inputs_and_a_state_changes_its_own() {
     let features = features();
     assert_eq!((features.len(), features.state()), (36, 10));
     let recorded = trajectories(0..1, 40).remove(0);
@@ -280,7 +280,7 @@ fn options() -> NeuralOptions {
 }
 
 #[test]
-fn a_servo_is_learned_without_torques_and_the_training_goes_on_bit_for_bit() {
+fn a_servo_is_learned_without_torques_and_the_training_resumes_bit_for_bit() {
     let (training, validation) = (trajectories(0..8, 240), trajectories(8..10, 240));
     let (simulation, scale, options) = (simulation(), scale(&training), options());
     let currents = CurrentModel::fit(&features(), &training).unwrap();

@@ -121,7 +121,7 @@ fn the_scale_of_a_mass_matrix_is_that_of_its_diagonal() {
 }
 
 #[test]
-fn a_model_comes_back_from_its_file_and_streams_what_it_says() {
+fn a_model_reads_back_from_its_file_and_streams_the_same_outputs() {
     let model = Model::builtin("three-link").unwrap();
     let (samples, _) = sinusoids(&model, &Sinusoids { duration: 1.0, ..Sinusoids::published(3) }, 1, "test");
     let shape = shape(Variant::Augmented, &samples, 8);

@@ -13,7 +13,7 @@ use hysteron_learn::{Activation, TrainingSession};
 
 const N: usize = 3;
 
-/// Torques at (q, q̇) for a motion that is wanted.
+/// Torques at (q, q̇) for a motion that is desired.
 type Control<'a> = &'a mut dyn FnMut([&[f64]; 2], [&[f64]; 3], &mut [f64]);
 
 const INPUTS: InputForm = InputForm::Products(3);
@@ -145,9 +145,9 @@ fn computed_torques_of_a_learned_arm_hold_the_true_arm_on_its_way() {
         let mut largest: f64 = 0.0;
         for step in 0..1500 {
             let t = f64::from(step) * period;
-            let [wanted, speed, acceleration] = motion(t + 0.5 * period);
+            let [desired, speed, acceleration] = motion(t + 0.5 * period);
             let mut torque = [0.0; N];
-            control([&q, &dq], [&wanted, &speed, &acceleration], &mut torque);
+            control([&q, &dq], [&desired, &speed, &acceleration], &mut torque);
             simulator.step([&mut q, &mut dq], &torque, &[]);
             let [there, ..] = motion(t + period);
             if t > 1.0 {
@@ -158,13 +158,13 @@ fn computed_torques_of_a_learned_arm_hold_the_true_arm_on_its_way() {
     };
     let mut own = ComputedTorque::new(learned().body().unwrap(), &[20.0; N]);
     let mut exact = ComputedTorque::new(RigidBody::new(&model), &[20.0; N]);
-    let with_learned = follow(&mut |state, wanted, torque| own.torque(state, wanted, torque));
-    let with_exact = follow(&mut |state, wanted, torque| exact.torque(state, wanted, torque));
+    let with_learned = follow(&mut |state, desired, torque| own.torque(state, desired, torque));
+    let with_exact = follow(&mut |state, desired, torque| exact.torque(state, desired, torque));
     // The same feedback about a constant mass matrix knows neither gravity nor coupling.
-    let without = follow(&mut |[q, dq], wanted, torque| {
+    let without = follow(&mut |[q, dq], desired, torque| {
         for j in 0..N {
-            let error = 400.0 * (wanted[0][j] - q[j]) + 40.0 * (wanted[1][j] - dq[j]);
-            torque[j] = [0.3, 0.1, 0.01][j] * (wanted[2][j] + error);
+            let error = 400.0 * (desired[0][j] - q[j]) + 40.0 * (desired[1][j] - dq[j]);
+            torque[j] = [0.3, 0.1, 0.01][j] * (desired[2][j] + error);
         }
     });
     // The error obeys ë + 2ω ė + ω² e = M⁻¹ δτ, whose gain is 1/ω² at most; half as much again because the arm is not exactly on its way.

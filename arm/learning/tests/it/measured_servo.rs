@@ -38,8 +38,8 @@ fn error(servo: &RolloutServo, arm: &Model, asked: &[Trajectory]) -> f64 {
 }
 
 #[test]
-fn a_measured_servo_is_met_better_where_its_position_gains_are_told() {
-    let name = "a_measured_servo_is_met_better_where_its_position_gains_are_told";
+fn a_measured_servo_is_predicted_better_with_its_position_gains() {
+    let name = "a_measured_servo_is_predicted_better_with_its_position_gains";
     let Some(folder) = recorded(name, "arms/bam/xl330") else { return };
     let drive = CatalogueDrive::named("xl330-m288").unwrap();
     let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();

@@ -99,7 +99,7 @@ fn refused(change: impl FnOnce(&mut Robot), kind: Finding, channel: &str) {
 }
 
 #[test]
-fn clean_recordings_are_not_doubted() {
+fn clean_recordings_have_no_warnings() {
     for seed in 0..50 {
         let found = Robot::new(seed).found();
         assert!(found.is_empty(), "seed {seed}: {found:#?}");
@@ -112,7 +112,7 @@ fn clean_recordings_are_not_doubted() {
 }
 
 #[test]
-fn stamps_in_another_unit_are_doubted() {
+fn stamps_in_another_unit_cause_warnings() {
     let scaled =
         |factor: f64| move |robot: &mut Robot| robot.time.iter_mut().for_each(|time| *time *= factor);
     assert_warning(scaled(1e3), Finding::TimeUnit, "time_s");
@@ -120,7 +120,7 @@ fn stamps_in_another_unit_are_doubted() {
 }
 
 #[test]
-fn gaps_and_uneven_or_repeated_stamps_are_doubted() {
+fn gaps_and_uneven_or_repeated_stamps_cause_warnings() {
     assert_warning(|robot| robot.gap[300..330].fill(true), Finding::Gap, "gap");
     assert_warning(|robot| robot.time[700..].iter_mut().for_each(|t| *t += 0.5), Finding::Gap, "time_s");
     let uneven = |robot: &mut Robot| {
@@ -138,7 +138,7 @@ fn gaps_and_uneven_or_repeated_stamps_are_doubted() {
 }
 
 #[test]
-fn lengths_in_another_unit_are_doubted_and_a_robot_of_60_m_is_refused() {
+fn lengths_in_another_unit_cause_warnings_and_a_robot_of_60_m_is_refused() {
     let tip =
         |factor: f64| move |robot: &mut Robot| robot.tip.iter_mut().flatten().for_each(|x| *x *= factor);
     let strokes =
@@ -184,7 +184,7 @@ fn frozen_tips_and_orientations_are_found() {
 }
 
 #[test]
-fn held_and_repeated_rows_are_told_from_each_other() {
+fn held_and_repeated_rows_are_distinguished() {
     let held = |robot: &mut Robot| {
         for axis in &mut robot.tip {
             *axis = (0..N).map(|i| axis[i - i % 5]).collect();
@@ -507,7 +507,7 @@ fn too_little_motion_is_found_where_something_is_fitted() {
 }
 
 #[test]
-fn units_of_joints_are_doubted() {
+fn wrong_units_of_joints_cause_warnings() {
     let degrees = 180.0 / std::f64::consts::PI;
     let found = arm(degrees, degrees).found();
     assert_eq!(found[0].kind, Finding::Unit);

@@ -159,7 +159,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_is_written_reads_back(x in any_number(), y in any_number(), name in "NaN|Infinity|\\PC*") {
+        fn everything_written_reads_back(x in any_number(), y in any_number(), name in "NaN|Infinity|\\PC*") {
             let content = everything(x, y, &name);
             let value = to_value(&content).unwrap();
             prop_assert_eq!(shown(&from_value(&value).unwrap()), shown(&content));

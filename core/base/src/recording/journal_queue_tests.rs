@@ -135,7 +135,7 @@ fn rows_are_in_the_file_in_order_and_promptly_and_a_drop_writes_the_rest() {
 }
 
 #[test]
-fn a_disk_that_stalls_makes_nobody_wait() {
+fn a_disk_that_stalls_delays_no_cycle() {
     let file = TestFile::new();
     for (i, stalls) in [Disk::StallsWrites, Disk::StallsSyncs].into_iter().enumerate() {
         file.bytes.lock().unwrap().clear();

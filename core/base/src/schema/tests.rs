@@ -80,7 +80,7 @@ fn refused(text: &str) -> Option<(String, &str)> {
 }
 
 #[test]
-fn what_is_wrong_is_said_where_it_stands() {
+fn errors_name_their_place() {
     let with = |line: &str| format!("name = \"a\"\nlength = 1.0\n{line}\n");
     for (line, message, at) in [
         ("count = -1", "invalid value: integer `-1`, expected u64", "-1"),

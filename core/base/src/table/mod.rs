@@ -226,10 +226,10 @@ impl Table {
         let Some(by) = self.index(&filter.column) else {
             return Err(BadInput::new("filter", format!("a column \"{}\"", filter.column), self.names()));
         };
-        let wanted = filter.value.parse::<f64>().ok();
+        let number = filter.value.parse::<f64>().ok();
         let accepts = |row: &usize| match self.word(by, *row) {
             Some(word) => word == filter.value,
-            None => wanted == Some(self.columns[by].values[*row]),
+            None => number == Some(self.columns[by].values[*row]),
         };
         let keep: Vec<usize> = (0..self.n_rows()).filter(accepts).collect();
         if keep.is_empty() {

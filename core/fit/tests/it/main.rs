@@ -190,7 +190,7 @@ fn start_out_of_bounds_is_refused() {
 }
 
 #[test]
-fn what_is_believed_stays_where_the_data_says_little() {
+fn the_prior_remains_where_the_data_has_little_information() {
     let believed = |start: f64| Some(Prior { center: start, width: 0.2 });
     let at: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i)).collect();
     let mut rng = rng(1, "fit/prior");

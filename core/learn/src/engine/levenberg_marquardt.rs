@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn every_step_lowers_the_sum_and_it_stops_when_told() {
+    fn every_step_lowers_the_sum_and_it_stops_on_request() {
         let all: Vec<usize> = (0..30).collect();
         let method = LevenbergMarquardt { iterations: 60, batch: 4, damping: 1e-6 };
         let mut values = Vec::new();
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn the_normal_matrix_is_that_of_the_definition_whatever_its_size() {
+    fn the_normal_matrix_is_that_of_the_definition_for_any_size() {
         // More parameters than a panel has columns, more samples than are held at once.
         struct Linear(usize);
         impl Objective<f64> for Linear {

@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_training_goes_on_from_its_file_bit_for_bit() {
+    fn a_training_resumes_from_its_file_bit_for_bit() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("state");
         let whole = train(30, None, &mut |_| true).unwrap();

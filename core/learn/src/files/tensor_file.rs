@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_beside_the_weights_are_within_belief() {
+    fn numbers_of_the_metadata_are_plausible() {
         let details =
             |x: f64| json!({ "a": [1.0, { "b": x }], "n": u64::MAX, "training": { "worst": 1e300 } });
         assert!(check_numbers("details", &details(-1e12)).is_ok());

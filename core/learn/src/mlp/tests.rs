@@ -66,7 +66,7 @@ fn tangents_and_mixed_derivatives_are_those_of_differences() {
 }
 
 #[test]
-fn prepared_passes_and_tangents_beside_the_values_are_those_of_single_ones() {
+fn prepared_passes_and_tangents_equal_single_ones() {
     // Sums of some tens of products of order 1 in another order.
     let tol = 1e-13;
     for (n_rows, skip) in [(1, false), (1, true), (3, true), (7, true)] {

@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_window_as_long_as_the_past_says_what_cells_say() {
+    fn a_window_as_long_as_the_past_equals_the_cells() {
         let (network, ranges) = (network(), [range("u", 2.0), range("y", 5.0)]);
         let ranges = [&ranges[0], &ranges[1]];
         let mut cells = Predictor::recurrent(&network, ranges, WeightFormat::Float32);
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn inputs_outside_their_range_are_said() {
+    fn inputs_outside_their_range_are_reported() {
         let (network, ranges) = (network(), [range("u", 2.0), range("y", 5.0)]);
         let mut predictor = Predictor::recurrent(&network, [&ranges[0], &ranges[1]], WeightFormat::Float32);
         let mut is_outside = |u: f64| predictor.step(&[u], &mut [0.0]);

@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn products_are_those_of_the_definition_whatever_the_sizes() {
+    fn products_are_those_of_the_definition_for_any_size() {
         for (n_rows, n, n_columns) in [(1, 5, 3), (4, 7, MAX_WIDTH), (11, 6, 2 * MAX_WIDTH + 5)] {
             let number = |k: usize| (1.3 * k as f64).sin();
             let entry = |row: usize, column: usize| number(row * n_columns + column);

@@ -82,7 +82,7 @@ fn a_sequence_may_be_cut_anywhere() {
 }
 
 #[test]
-fn a_cleared_row_begins_anew() {
+fn a_cleared_row_is_reset() {
     let architecture = architecture(8, 2, 0.0);
     let trainer = Trainer::new(Network::new(&architecture, 3).unwrap(), Adam::default(), 0).unwrap();
     let inputs = uniform("inputs", 4 * 2 * 3);

@@ -47,7 +47,7 @@ fn losses(trainer: &mut Trainer, memory: &mut Memory, range: std::ops::Range<usi
 }
 
 #[test]
-fn training_goes_on_from_its_file_bit_for_bit() {
+fn training_resumes_from_its_file_bit_for_bit() {
     let architecture = architecture(8, 3, 0.3);
     let adam = Adam { weight_decay: 1e-3, clip_norm: Some(0.1), learning_rate: 0.013, ..Adam::default() };
     let mut trainer = Trainer::new(Network::new(&architecture, 1).unwrap(), adam, u64::MAX).unwrap();

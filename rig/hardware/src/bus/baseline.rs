@@ -173,15 +173,15 @@ impl ServoBus {
         for spec in &TABLE {
             let mut ids_of: BTreeMap<(i64, i64), Vec<String>> = BTreeMap::new();
             for (id, servo) in self.ids().iter().zip(&self.examined) {
-                let values = servo.image.value(spec).zip(self.wanted(servo, spec));
-                if let Some(values) = values.filter(|(found, wanted)| found != wanted) {
+                let values = servo.image.value(spec).zip(self.required(servo, spec));
+                if let Some(values) = values.filter(|(found, required)| found != required) {
                     ids_of.entry(values).or_default().push(id.to_string());
                 }
             }
-            for ((found, wanted), ids) in ids_of {
+            for ((found, required), ids) in ids_of {
                 let (name, address, ids) = (spec.name, spec.register.address, ids.join(", "));
                 lines.push(format!(
-                    "servo {ids}: {name} (register {address}) is {found}; every run sets it to {wanted}"
+                    "servo {ids}: {name} (register {address}) is {found}; every run sets it to {required}"
                 ));
             }
         }
@@ -189,7 +189,7 @@ impl ServoBus {
     }
 
     /// Value written to a register of a servo before a run; `None` if none is written.
-    pub(super) fn wanted(&self, servo: &Examined, spec: &RegisterSpec) -> Option<i64> {
+    pub(super) fn required(&self, servo: &Examined, spec: &RegisterSpec) -> Option<i64> {
         let limit = TABLE.iter().find(|spec| spec.register == xl430::PWM_LIMIT);
         let pwm = limit.and_then(|limit| servo.image.value(limit)).unwrap_or(i64::from(xl430::PWM_MAX));
         spec.setting(&self.config, servo.model, pwm)
@@ -202,16 +202,16 @@ impl ServoBus {
             let (id, servo) = (self.ids()[k], self.examined[k].clone());
             let image = self.read_image(id)?;
             for spec in &TABLE {
-                let wanted = match spec.role {
+                let required = match spec.role {
                     RegisterRole::Stored(_) => servo.image.value(spec),
-                    _ => self.wanted(&servo, spec),
+                    _ => self.required(&servo, spec),
                 };
-                if let Some((wanted, found)) = wanted.zip(image.value(spec))
-                    && wanted != found
+                if let Some((required, found)) = required.zip(image.value(spec))
+                    && required != found
                 {
                     let (name, address) = (spec.name, spec.register.address);
                     return Err(Error::Bus(format!(
-                        "servo {id}: {name} (register {address}): expected {wanted} after it was written, got {found}"
+                        "servo {id}: {name} (register {address}): expected {required} after it was written, got {found}"
                     )));
                 }
             }

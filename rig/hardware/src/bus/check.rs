@@ -100,16 +100,16 @@ impl ServoBus {
             present.push((id, self.presence(id)?));
         }
         wrong.extend(self.describe_duplicates(&present));
-        for ((id, presence), (wanted, bounds)) in present.iter().zip(expected) {
+        for ((id, presence), (model, bounds)) in present.iter().zip(expected) {
             if *presence == Presence::Silent {
-                wrong.push(format!("servo {id}: expected an {} to answer, got silence", wanted.name));
+                wrong.push(format!("servo {id}: expected an {} to answer, got silence", model.name));
             }
             if *presence != Presence::Alone {
                 continue;
             }
-            match self.report(*id, wanted) {
+            match self.report(*id, model) {
                 Ok(report) => {
-                    wrong.extend(deviations(&report, wanted, bounds));
+                    wrong.extend(deviations(&report, model, bounds));
                     reports.push(report);
                 }
                 Err(error) => wrong.push(error.reason()),
@@ -172,11 +172,11 @@ impl ServoBus {
 
 /// Deviations of a servo from its expected state. A mode other than the rig's is set before a run, so it is
 /// none.
-fn deviations(found: &ServoReport, wanted: &ServoModel, bounds: &ServoBounds) -> Vec<String> {
+fn deviations(found: &ServoReport, model: &ServoModel, bounds: &ServoBounds) -> Vec<String> {
     let id = found.id;
     let mut wrong = Vec::new();
-    if found.model != wanted.number {
-        let (number, name) = (wanted.number, wanted.name);
+    if found.model != model.number {
+        let (number, name) = (model.number, model.name);
         wrong.push(format!("servo {id}: expected model {number} ({name}), got {}", found.model));
     }
     if !(bounds.voltage_min..=bounds.voltage_max).contains(&found.voltage_v) {

@@ -149,7 +149,7 @@ impl ServoBus {
             let servo = self.examined[k].clone();
             // The mode comes before the gains, which it resets.
             for spec in TABLE.iter().filter(|spec| spec.is_of(servo.model)) {
-                if let Some(value) = self.wanted(&servo, spec) {
+                if let Some(value) = self.required(&servo, spec) {
                     self.write(id, spec.register, i32::try_from(value).unwrap_or(0).cast_unsigned())?;
                 }
             }

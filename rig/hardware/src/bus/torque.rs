@@ -83,10 +83,10 @@ impl ServoBus {
     }
 
     /// Switches one servo and reads it back, with retries.
-    fn switch(&mut self, id: u8, wanted: u8) -> Result<()> {
+    fn switch(&mut self, id: u8, value: u8) -> Result<()> {
         let one = (id, ReplyPatience::Retries);
-        self.write_with(one, xl430::TORQUE_ENABLE, u32::from(wanted))?;
-        if self.read_with(one, xl430::TORQUE_ENABLE)? == u32::from(wanted) {
+        self.write_with(one, xl430::TORQUE_ENABLE, u32::from(value))?;
+        if self.read_with(one, xl430::TORQUE_ENABLE)? == u32::from(value) {
             return Ok(());
         }
         Err(Error::Bus(format!("servo {id} did not switch")))

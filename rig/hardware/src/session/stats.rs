@@ -42,11 +42,11 @@ impl Histogram {
 
     /// Time that this part of all do not exceed, to a bin [s].
     pub fn percentile(&self, part: f64) -> f64 {
-        let wanted = (part * self.n as f64).ceil() as u64;
+        let rank = (part * self.n as f64).ceil() as u64;
         let mut below = 0;
         for (i, count) in self.bins.iter().enumerate() {
             below += u64::from(*count);
-            if below >= wanted && below > 0 {
+            if below >= rank && below > 0 {
                 return (BIN * (i + 1) as f64).min(self.max);
             }
         }
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn missed_cycles_are_said_with_their_share() {
+    fn missed_cycles_are_reported_with_their_share() {
         let mut stats = RunStats::new(0.01);
         (0..98).for_each(|_| stats.add_cycle(0.0, (0.0, 0.0)));
         assert_eq!(stats.missed_cycles(), None);

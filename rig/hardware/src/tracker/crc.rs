@@ -16,7 +16,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_checksum_goes_on_where_it_was() {
+    fn a_checksum_resumes_where_it_was() {
         // CRC-64/ECMA-182 in the catalogue of parametrised CRC algorithms.
         assert_eq!(crc64(0, b"123456789"), 0x6C40_DF5F_0B49_7347);
         assert_eq!(crc64(crc64(0, b"1234"), b"56789"), 0x6C40_DF5F_0B49_7347);

@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn repetitions_of_a_moving_tip_are_not_believed_beyond_what_noise_hides() {
+    fn repetitions_of_a_moving_tip_are_rejected_beyond_the_noise() {
         let noise = 5e-5;
         for speed in [2e-3, 10e-3, 28e-3] {
             for length in [0.02, 0.05, 0.1, 0.2, 0.4] {

@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn rate_noise_and_jitter_of_a_sound_tracker_are_its_own_and_nothing_is_doubted() {
+    fn rate_noise_and_jitter_of_a_sound_tracker_are_measured_without_warnings() {
         let found = TrackerSurvey::of(&poses(80.0, 5e-5, 1.0), &CONFIG, None);
         assert_eq!(found.warnings, Vec::<String>::new());
         assert!((found.rate_hz - 80.0).abs() < 1e-9 && found.jitter_ms < 1e-9, "{found:?}");
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn each_fault_is_named_and_nothing_beside_it() {
+    fn each_fault_is_reported_and_nothing_else() {
         let sound = poses(80.0, 5e-5, 1.0);
         let frozen: Vec<Pose> = sound.iter().map(|pose| Pose { position: [0.1; 3], ..*pose }).collect();
         let mut jumped = sound.clone();

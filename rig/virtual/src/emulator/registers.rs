@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn every_register_stands_in_the_driver_s_table_and_none_beside() {
+    fn the_driver_s_table_has_every_register_and_no_other() {
         use hysteron_rig::bus::registers::TABLE;
         let is_indirect = |register: ControlRegister| register.address >= xl430::INDIRECT_ADDRESS.address;
         for model in [&XL430_W250, &XM430_W350, &XL330_M288] {

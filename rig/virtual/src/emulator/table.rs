@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_new_servo_says_what_the_manual_says() {
+    fn a_new_servo_has_the_values_of_the_manual() {
         let table = ControlTable::new(&XL430_W250, true);
         assert_eq!(table.read(0, 2).unwrap(), 1060u16.to_le_bytes());
         assert_eq!(table.read(6, 4).unwrap(), [45, 1, 1, 250]);

@@ -80,10 +80,10 @@ mod tests {
     fn droop(mass: f64, add: f64) -> f64 {
         let arm = VirtualArm::preset("open-manipulator-x").unwrap();
         let mut plan = VirtualLeader::steady(&arm.chain);
-        let wanted = Vector3::new(0.22, 0.0, 0.15);
+        let goal = Vector3::new(0.22, 0.0, 0.15);
         // It comes from elsewhere: where it never moves, stiction holds any of these weights.
         plan.reaches(0.0, Vector3::new(0.2, 0.05, 0.12), 0.4, 0.02);
-        plan.reaches(1.5, wanted, 0.3, 0.02);
+        plan.reaches(1.5, goal, 0.3, 0.02);
         plan.stays(1.5);
         let moments = arm.handle((&plan, mass), (1, "droop"), &mut |_, planned, _| {
             let mut goals = *planned;
@@ -91,7 +91,7 @@ mod tests {
             goals
         });
         assert!((moments.len() as f64 - 3.0 / arm.telemetry.period).abs() < 4.0, "{}", moments.len());
-        wanted.z - moments.last().unwrap().tip.z
+        goal.z - moments.last().unwrap().tip.z
     }
 
     #[test]

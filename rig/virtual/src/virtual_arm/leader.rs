@@ -200,10 +200,10 @@ mod tests {
         let chain = VirtualArm::preset("open-manipulator-x").unwrap().chain;
         let kinematics = Kinematics::of(&chain);
         for (x, y, z, pitch) in [(0.22, 0.05, 0.1, 0.3), (0.15, -0.1, 0.05, 1.2), (0.25, 0.0, 0.2, -0.2)] {
-            let wanted = Vector3::new(x, y, z);
-            let q = kinematics.inverse(&wanted, pitch);
+            let goal = Vector3::new(x, y, z);
+            let q = kinematics.inverse(&goal, pitch);
             let found = chain.at(&q, &[0.0; N_JOINTS]).tip;
-            assert!((found - wanted).norm() < 1e-12, "{found} {wanted}");
+            assert!((found - goal).norm() < 1e-12, "{found} {goal}");
             assert!((q[1] + q[2] + q[3] - pitch).abs() < 1e-12);
         }
     }

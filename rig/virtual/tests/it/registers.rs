@@ -83,12 +83,12 @@ fn every_register_that_is_stored_is_noticed_when_it_changes_and_is_written_back(
 fn every_register_that_a_run_sets_is_noted_and_holds_that_afterwards() {
     let stand = Stand::new();
     let set = |spec: &&RegisterSpec| matches!(spec.role, RegisterRole::Set(_));
-    let mut wanted = Vec::new();
+    let mut expected = Vec::new();
     open(&stand).prepare().unwrap();
     for spec in TABLE.iter().filter(set) {
-        wanted.push(read(&stand, spec.register));
+        expected.push(read(&stand, spec.register));
     }
-    for (spec, wanted) in TABLE.iter().filter(set).zip(&wanted) {
+    for (spec, expected) in TABLE.iter().filter(set).zip(&expected) {
         let value = changed(&stand, spec);
         let mut rig = open(&stand);
         rig.bus().self_check(&stand.rig.servo_bounds()).unwrap();
@@ -100,7 +100,7 @@ fn every_register_that_a_run_sets_is_noted_and_holds_that_afterwards() {
         assert!(is_noted, "{note}: {notes:?}");
         rig.prepare().unwrap();
         drop(rig);
-        assert_eq!(read(&stand, spec.register), *wanted, "{}", spec.name);
+        assert_eq!(read(&stand, spec.register), *expected, "{}", spec.name);
     }
 }
 
@@ -182,7 +182,7 @@ fn a_session_without_a_look_at_the_registers_gets_no_torque() {
 }
 
 #[test]
-fn two_servos_with_one_id_are_told_from_silence_and_from_damage() {
+fn two_servos_with_one_id_are_distinguished_from_silence_and_damage() {
     let check =
         |stand: &Stand| open(stand).bus().self_check(&stand.rig.servo_bounds()).unwrap_err().to_string();
     // Both answer at once.

@@ -160,7 +160,7 @@ fn goals_are_the_leader_and_positions_the_follower_that_the_same_goals_move_with
 }
 
 #[test]
-fn a_follower_whose_servo_fails_is_let_go_at_once_and_its_rows_are_kept() {
+fn a_follower_whose_servo_fails_has_its_torque_off_at_once_and_its_rows_are_kept() {
     let bench = Bench::new();
     let outcome = bench.record(Some(20.0), &|| false, &mut |passed| {
         if passed > 0.3 {
@@ -216,7 +216,7 @@ fn a_recorder_that_panics_lets_go() {
 }
 
 #[test]
-fn arms_that_changed_places_are_told_before_anything_moves() {
+fn exchanged_arms_are_reported_before_anything_moves() {
     let bench = Bench::new();
     let mut config = bench.config.clone();
     std::mem::swap(&mut config.leader.port, &mut config.follower.port);

@@ -190,7 +190,7 @@ fn invalid_poses_are_flagged() {
 }
 
 #[test]
-fn clock_of_the_tracker_set_anew_is_followed() {
+fn a_reset_clock_of_the_tracker_is_followed() {
     let mut bench = Bench::new(Format::Transform, |_| {});
     bench.wait_for_pose();
     bench.server.set_clock(DeviceClock { offset: 3.0, drift: -50e-6 });
@@ -233,7 +233,7 @@ fn other_messages_of_the_stream() {
 }
 
 #[test]
-fn nobody_there_is_an_event_and_nonsense_an_error() {
+fn silence_is_an_event_and_damage_an_error() {
     let address = server(Format::Transform).address().to_string(); // and gone again
     let client = Client::connect(TrackerSettings::new(&address), Instant::now()).unwrap();
     let error = client.wait_for_pose(0.3).unwrap_err().to_string();

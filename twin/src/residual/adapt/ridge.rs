@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bound_holds_and_the_others_do_the_best_beside_it() {
+    fn a_bound_is_active_and_the_others_minimise_the_rest() {
         let bounds = [WIDE, Bounds { min: 0.0, max: 10.0 }];
         let found = normal().solve(1e-12, &[1.0; 2], &bounds);
         assert_eq!(found[1], 0.0);

@@ -23,8 +23,8 @@ pub(super) fn recorded(general: &VirtualArm, seed: u64) -> Found<ForceData> {
     let is_free = |one: &Planned| one.subset == "force_unlabeled" && one.split == "test";
     let is_loaded =
         |one: &Planned| one.subset == "weight" && one.split == "test" && TASKS.contains(&one.task.as_str());
-    let telemetry = |wanted: &(dyn Fn(&Planned) -> bool + Sync)| {
-        let planned: Vec<Planned> = data_set().into_iter().filter(wanted).collect();
+    let telemetry = |selects: &(dyn Fn(&Planned) -> bool + Sync)| {
+        let planned: Vec<Planned> = data_set().into_iter().filter(selects).collect();
         let one = |one: &Planned| -> Found<(String, ServoForceTelemetry)> {
             let refused = |e: hysteron_rig::Error| BadInput::new(one.name(), "a recording", e.to_string());
             let recording =

@@ -80,7 +80,7 @@ fn run(folder: &Path, data: &NeuralData, identity: &&str, last: usize) -> (Optio
 }
 
 #[test]
-fn every_cell_is_done_once_and_an_interrupted_study_goes_on_to_the_same_numbers() {
+fn every_cell_is_computed_once_and_an_interrupted_study_resumes_to_the_same_numbers() {
     let (data, identity) = (data(), "small");
     let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
     let (whole, reports) = run(folders[0].path(), &data, &identity, usize::MAX);

@@ -162,7 +162,7 @@ impl TwinAblation<'_> {
         let worse: Vec<usize> = (0..n).filter(|&k| gains[k] > 1.1).collect();
         let largest = gains.iter().copied().fold(0.0, f64::max);
         let text = format!(
-            "{n} random plans of {RANDOM_S} s: all rolled out; tip error over the bare twin's {:.2} (rms), at most \
+            "{n} random plans of {RANDOM_S} s: all rolled out; tip error over the uncorrected twin's {:.2} (rms), at most \
              {largest:.2}; more than 10 % worse in {}",
             rms(gains.iter().copied()),
             worse.len()

@@ -129,9 +129,9 @@ fn twin_errors(
         known.iter().enumerate().flat_map(|(k, rows)| std::iter::repeat_n(k, rows.len())).collect();
     let [known_features, new_features] = [&known_rows, &new_rows].map(|rows| features(&shapes(rows), rows));
     let missing = regression::kernel(&known_features, &left, &groups, &new_features)?;
-    let wanted: Vec<Vector3<f64>> =
+    let desired: Vec<Vector3<f64>> =
         uncorrected.iter().zip(missing).map(|(marker, missing)| marker + Vector3::from(missing)).collect();
-    let (corrected, n_not_led) = robot.lead(&own, &new, &wanted)?;
+    let (corrected, n_not_led) = robot.lead(&own, &new, &desired)?;
     let tips: Vec<Vector3<f64>> = new_rows.iter().map(measured).collect();
     let (led, _) = robot.lead(&own, &new, &tips)?;
 

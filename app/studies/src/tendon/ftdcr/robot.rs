@@ -101,7 +101,7 @@ impl Robot {
         Ok((markers, n_failed))
     }
 
-    /// Markers [m] in the same rows where auxiliary tendons bring them towards `wanted` [m], one for each row; and
+    /// Markers [m] in the same rows where auxiliary tendons bring them towards `desired` [m], one for each row; and
     /// the number of rows that were not reached, which keep the shape before.
     ///
     /// # Errors
@@ -110,11 +110,11 @@ impl Robot {
         &self,
         fitted: &Fitted,
         patterns: &[Vec<&Row>],
-        wanted: &[Vector3<f64>],
+        desired: &[Vector3<f64>],
     ) -> Result<(Vec<Vector3<f64>>, usize)> {
         let twin = Twin::new(&self.scene(&fitted.model), &self.mesh)?;
         let auxiliary = AuxiliaryLimits::new(&twin)?;
-        let (mut markers, mut n_failed, mut goals) = (Vec::new(), 0, wanted.iter());
+        let (mut markers, mut n_failed, mut goals) = (Vec::new(), 0, desired.iter());
         for rows in patterns {
             let mut led = Led::new(&twin, &auxiliary);
             for (row, goal) in rows.iter().zip(&mut goals) {
@@ -205,7 +205,7 @@ impl<'a> Led<'a> {
     }
 
     /// True if there is an equilibrium on all of the way.
-    fn reaches(&mut self, row: &Row, wanted: &Vector3<f64>) -> Result<bool> {
+    fn reaches(&mut self, row: &Row, desired: &Vector3<f64>) -> Result<bool> {
         let identifier = &mut self.identifier;
         if !step_to(&mut self.strokes, row, |strokes| is_balanced(identifier.step(strokes, None, DURATION)))?
         {
@@ -214,7 +214,7 @@ impl<'a> Led<'a> {
         for _ in 0..ROUNDS {
             // The twin is led by its tip; the marker is beyond it.
             let state = identifier.state();
-            let missing = wanted - marker(self.twin, state);
+            let missing = desired - marker(self.twin, state);
             let position = (Vector3::from(self.twin.tip_of(state)) + missing).into();
             let goal = TipMeasurement { position, orientation: None };
             if !is_balanced(identifier.step(&primary(row), Some(&goal), DURATION))? {

@@ -60,8 +60,8 @@ fn study_trunk(folder: &Path, quick: bool, context: &Context) -> Result<TrunkRes
     let (tips, loaded) = (tips?, loaded?);
     let (blocks, under_load) = (blocks(&angles, &tips, "block"), blocks(&angles, &loaded, "loaded"));
     ensure!(blocks.len() > TURNS, "the trunk's run is too short for blocks");
-    let turn = |wanted: usize, all: &'_ [Demonstration]| -> Vec<Demonstration> {
-        all.iter().enumerate().filter(|(k, _)| k % TURNS == wanted).map(|(_, one)| one.clone()).collect()
+    let turn = |remainder: usize, all: &'_ [Demonstration]| -> Vec<Demonstration> {
+        all.iter().enumerate().filter(|(k, _)| k % TURNS == remainder).map(|(_, one)| one.clone()).collect()
     };
     // The run under load has the same commands: only the same blocks of it are test data.
     let (test, under_load) = (turn(TURNS - 1, &blocks), turn(TURNS - 1, &under_load));

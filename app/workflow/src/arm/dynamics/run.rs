@@ -42,10 +42,10 @@ fn compute(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     check_columns(&model, options, is_inverse)?;
     let n_columns = columns_of_dynamics(model.n_joints(), options.derivatives, is_inverse);
     memory::check_result(&options.states, states.n_samples(), n_columns)?;
-    let wanted = DynamicsOutput { frame, derivatives: options.derivatives };
+    let output = DynamicsOutput { frame, derivatives: options.derivatives };
     let outputs = arm::reads(&options.model).and([&options.states]).recording("--out", &options.out);
     let _claim = outputs.check(context)?;
-    let results = dynamics_of_rows(&model, &states, wanted, arm::meta(context, "rigid-body dynamics"))
+    let results = dynamics_of_rows(&model, &states, output, arm::meta(context, "rigid-body dynamics"))
         .map_err(|bad| bad.within(options.states.display()))?;
     written(&results, held_joints(&model), (options, context))
 }

@@ -14,8 +14,8 @@ use crate::{Context, arm};
 /// Bad input, as where telemetry is to be live; files that cannot be written.
 pub(super) fn run(options: &Options, context: &Context) -> anyhow::Result<ExternalTorques> {
     let Some(path) = &options.recording else {
-        let wanted = "an actuator by hysteron arm fit neural --sensing observer";
-        return Err(BadInput::new("--live", wanted, "a model by hysteron arm fit delan").into());
+        let expected = "an actuator by hysteron arm fit neural --sensing observer";
+        return Err(BadInput::new("--live", expected, "a model by hysteron arm fit delan").into());
     };
     let outputs = Outputs::reading([&options.actuator, path]).recording("--out", &options.out);
     let _claim = outputs.check(context)?;

@@ -38,8 +38,8 @@ pub(super) fn evaluate(options: &Options, context: &Context) -> anyhow::Result<A
     for one in named {
         // What a data set calls training or validation is no test.
         if one.role == Role::Test || !one.is_split {
-            let wanted = (&actuator.features, actuator.simulation.period, &options.free[..]);
-            let found = trajectories(std::slice::from_ref(&one), one.role, wanted)?;
+            let settings = (&actuator.features, actuator.simulation.period, &options.free[..]);
+            let found = trajectories(std::slice::from_ref(&one), one.role, settings)?;
             by_task.entry(one.task).or_default().extend(found);
         }
     }
@@ -64,8 +64,8 @@ pub(super) fn evaluate(options: &Options, context: &Context) -> anyhow::Result<A
     let mut detectors = None;
     if !known.is_empty() {
         let known = read(&known)?;
-        let wanted = (&actuator.features, actuator.simulation.period, &options.free[..]);
-        let training = trajectories(&known, Role::Training, wanted)?;
+        let settings = (&actuator.features, actuator.simulation.period, &options.free[..]);
+        let training = trajectories(&known, Role::Training, settings)?;
         detectors = Some(comparison.detectors("", &training)?);
     }
     let warnings = (findings.into_warnings(), held_joints(&model));

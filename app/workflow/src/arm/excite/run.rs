@@ -28,12 +28,12 @@ fn excite(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         return Err(bad.hint("a Fourier series begins and ends where its search finds best").into());
     }
     let model = options.robot_options.model(&options.model, context)?;
-    let wanted = LimitOptions {
+    let requested = LimitOptions {
         part: options.limits,
         speed: options.speed_limit,
         acceleration: options.acceleration_limit,
     };
-    let limits = MotionLimits::of(&model, wanted)?;
+    let limits = MotionLimits::of(&model, requested)?;
     let outputs = arm::reads(&options.model).recording("--out", &options.out);
     let _claim = outputs.report("--figures", options.figures.as_deref()).check(context)?;
     let mut meta = arm::meta(context, "designed motion of an arm");

@@ -75,7 +75,7 @@ impl ProgressSink for EndsBetween {
 }
 
 #[test]
-fn an_actuator_that_is_interrupted_between_its_networks_is_not_written_and_goes_on() {
+fn an_actuator_that_is_interrupted_between_its_networks_is_not_written_and_resumes() {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path().join("nad");
     recorded(&root);

@@ -120,7 +120,7 @@ impl ProgressSink for Impatient {
 }
 
 #[test]
-fn an_actuator_is_trained_goes_on_after_an_interruption_and_is_compared_with_its_rivals() {
+fn an_actuator_is_trained_resumed_and_compared_with_its_baselines() {
     let folder = tempfile::tempdir().unwrap();
     let root = data_set(folder.path());
     let context = Context::silent("test");

@@ -16,7 +16,8 @@ pub(super) fn selected(options: &Options) -> Result<Vec<Planned>, BadInput> {
     known("--subsets", &options.subsets, &subsets)?;
     known("--splits", &options.splits, &SPLITS)?;
     let grams = |one: &Planned| (1e3 * one.trial.payload).round() as u32;
-    if let Some(none) = options.payloads_g.iter().find(|wanted| all.iter().all(|one| grams(one) != **wanted))
+    if let Some(none) =
+        options.payloads_g.iter().find(|requested| all.iter().all(|one| grams(one) != **requested))
     {
         let mut there: Vec<u32> = all.iter().map(grams).collect();
         there.sort_unstable();
@@ -24,7 +25,8 @@ pub(super) fn selected(options: &Options) -> Result<Vec<Planned>, BadInput> {
         let there: Vec<String> = there.iter().map(u32::to_string).collect();
         return Err(BadInput::new("--payloads-g", format!("some of {}", there.join(", ")), none.to_string()));
     }
-    let is_in = |wanted: &[String], name: &str| wanted.is_empty() || wanted.iter().any(|one| one == name);
+    let is_in =
+        |requested: &[String], name: &str| requested.is_empty() || requested.iter().any(|one| one == name);
     // What NAD does not have is asked for by name.
     let is_wanted = |name: &str| {
         if options.subsets.is_empty() { own.contains(&name) } else { is_in(&options.subsets, name) }
@@ -32,7 +34,7 @@ pub(super) fn selected(options: &Options) -> Result<Vec<Planned>, BadInput> {
     let mut tasks: Vec<&str> = all.iter().map(|one| one.task.as_str()).collect();
     tasks.dedup();
     if let Some(none) =
-        options.tasks.iter().find(|wanted| !tasks.iter().any(|task| task.contains(wanted.as_str())))
+        options.tasks.iter().find(|requested| !tasks.iter().any(|task| task.contains(requested.as_str())))
     {
         let expected = format!("parts of names of tasks: {}", tasks.join(", "));
         return Err(BadInput::new("--tasks", expected, format!("\"{none}\"")));
@@ -54,8 +56,8 @@ pub(super) fn selected(options: &Options) -> Result<Vec<Planned>, BadInput> {
     Ok(chosen)
 }
 
-fn known(option: &str, wanted: &[String], there: &[&str]) -> Result<(), BadInput> {
-    match wanted.iter().find(|name| !there.contains(&name.as_str())) {
+fn known(option: &str, requested: &[String], there: &[&str]) -> Result<(), BadInput> {
+    match requested.iter().find(|name| !there.contains(&name.as_str())) {
         Some(name) => {
             Err(BadInput::new(option, format!("some of {}", there.join(", ")), format!("\"{name}\"")))
         }

@@ -71,8 +71,8 @@ impl<'a> Channels<'a> {
     }
 }
 
-/// Servos of the rig, those of the numbers in `wanted` or all; strokes and goals give the direction of each.
-pub(super) fn servos(files: &[Input], wanted: &[usize]) -> anyhow::Result<Vec<RecordedServo>> {
+/// Servos of the rig, those of the numbers in `requested` or all; strokes and goals give the direction of each.
+pub(super) fn servos(files: &[Input], requested: &[usize]) -> anyhow::Result<Vec<RecordedServo>> {
     let channels = files
         .iter()
         .map(|input| Channels::of(&input.recording).map_err(|bad| bad.within(input.path.display())))
@@ -83,10 +83,10 @@ pub(super) fn servos(files: &[Input], wanted: &[usize]) -> anyhow::Result<Vec<Re
         let found = channels[k].present.len().to_string();
         return Err(BadInput::new(files[k].path.display().to_string(), expected, found).into());
     }
-    if let Some(k) = wanted.iter().find(|k| **k > n) {
+    if let Some(k) = requested.iter().find(|k| **k > n) {
         return Err(BadInput::new("--servos", format!("1 to {n}"), k.to_string()).into());
     }
-    let numbers = (1..=n).filter(|k| wanted.is_empty() || wanted.contains(k));
+    let numbers = (1..=n).filter(|k| requested.is_empty() || requested.contains(k));
     Ok(numbers.map(|number| servo(&channels, number)).collect::<Result<_, _>>()?)
 }
 

@@ -72,7 +72,7 @@ fn is_trouble(event: &Event) -> bool {
 }
 
 /// The log next to a recording; empty where there is none.
-fn events_beside(out: &Path) -> Vec<Event> {
+fn events_of(out: &Path) -> Vec<Event> {
     let text = std::fs::read_to_string(events_path(out)).unwrap_or_default();
     text.lines().filter_map(|line| json::from_text(line).ok()).collect()
 }
@@ -116,7 +116,7 @@ impl Summary {
             role: job.role.clone(),
             rows: recording.n_samples(),
             filled_in: recording.gap().iter().filter(|gap| **gap).count(),
-            events: events_beside(&job.out).iter().filter(|event| is_trouble(event)).count(),
+            events: events_of(&job.out).iter().filter(|event| is_trouble(event)).count(),
             timing: None,
             out: job.out.clone(),
             order: job.order,

@@ -112,8 +112,8 @@ impl Outcome {
 
 /// Whether what was kept does better, on blocks that were held out, than the twin as it was.
 fn judged(adapted: &Adapted) -> Verdict {
-    let held_out = |wanted: AdaptedParts| {
-        adapted.held_out_m.iter().find(|(kept, _)| *kept == wanted).map_or(f64::NAN, |(_, rms)| *rms)
+    let held_out = |parts: AdaptedParts| {
+        adapted.held_out_m.iter().find(|(kept, _)| *kept == parts).map_or(f64::NAN, |(_, rms)| *rms)
     };
     let (before, after) = (held_out(AdaptedParts::Nothing), held_out(adapted.kept));
     let mm = |m: f64| format!("{:.3} mm", 1e3 * m);

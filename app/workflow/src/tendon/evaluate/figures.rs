@@ -62,8 +62,8 @@ pub fn over_time(target: &TargetPath, rows: &[Row]) -> Option<TimeChart> {
             .collect()
     };
     let axis = |c: usize| {
-        let wanted = Curve::new("target", 0, goal.iter().map(|p| 1e3 * p[c]).collect());
-        let panel = [wanted].into_iter().chain(curves(&|_, p| p[c])).collect();
+        let target_curve = Curve::new("target", 0, goal.iter().map(|p| 1e3 * p[c]).collect());
+        let panel = [target_curve].into_iter().chain(curves(&|_, p| p[c])).collect();
         TimePanel::new(["x [mm]", "y [mm]"][c], panel)
     };
     let distance = |i: usize, p: &[f64; 2]| (p[0] - goal[i][0]).hypot(p[1] - goal[i][1]);

@@ -28,7 +28,7 @@ pub fn read(path: &Path) -> anyhow::Result<Vec<FitParameter>> {
 fn names(text: &str) -> Result<Vec<FitParameter>, BadInput> {
     let typed: FitFile = schema::parse(text)?;
     schema::check_header((&typed.format, typed.version), (FORMAT, VERSION))?;
-    let wanted = |(key, numbers): (String, Vec<f64>)| match numbers[..] {
+    let parameter = |(key, numbers): (String, Vec<f64>)| match numbers[..] {
         [] => Ok(FitParameter::named(key)),
         [min, max] if min < max => {
             Ok(FitParameter { name: key, bounds: Some(Bounds { min, max }), width: None })
@@ -41,5 +41,5 @@ fn names(text: &str) -> Result<Vec<FitParameter>, BadInput> {
             Err(BadInput::new(format!("fit.{key}"), expected, format!("{numbers:?}")))
         }
     };
-    typed.fit.into_iter().map(wanted).collect()
+    typed.fit.into_iter().map(parameter).collect()
 }

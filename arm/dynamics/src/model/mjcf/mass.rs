@@ -150,11 +150,11 @@ pub(super) fn apply(settings: &[&Settings], bodies: &mut [(usize, usize, Mass)])
     for (_, document, body) in bodies.iter_mut() {
         body.bound(settings[*document]);
     }
-    if let Some(wanted) = settings[0].total_mass {
+    if let Some(total_mass) = settings[0].total_mass {
         let total: f64 = bodies.iter().map(|(_, _, body)| body.mass).sum();
         for (_, _, body) in bodies.iter_mut().filter(|_| total > 0.0) {
-            body.mass *= wanted / total;
-            body.second.iter_mut().for_each(|s| *s *= wanted / total);
+            body.mass *= total_mass / total;
+            body.second.iter_mut().for_each(|s| *s *= total_mass / total);
         }
     }
 }

@@ -196,7 +196,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn slips_are_told_from_other_words() {
+    fn typing_errors_are_distinguished_from_other_words() {
         for (typed, known) in [
             ("inertal", "inertial"),
             ("Mass", "mass"),

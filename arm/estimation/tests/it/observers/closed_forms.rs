@@ -81,7 +81,7 @@ fn a_perfect_model_leaves_nothing_but_the_square_of_the_period() {
 }
 
 #[test]
-fn disturbance_observer_converges_as_its_gain_says() {
+fn disturbance_observer_converges_at_the_rate_of_its_gain() {
     // A robot that is held still: e' = -y M^-1 e, in the eigenvectors of M^-1; the step is implicit: (1 + T y/m)^-k.
     let model = Model::builtin("three-link").unwrap();
     let n = model.n_joints();

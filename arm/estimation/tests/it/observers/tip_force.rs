@@ -39,7 +39,7 @@ fn force_comes_back_where_the_arm_can_feel_it() {
 }
 
 #[test]
-fn a_singular_arm_says_that_it_does_not_know() {
+fn a_singular_arm_has_a_large_variance() {
     // The SCARA stretched out feels nothing along itself, nor out of its plane.
     let model = Model::builtin("scara").unwrap();
     let frame = model.frame("tip").unwrap();

@@ -70,7 +70,7 @@ fn error_stays_within_the_derived_bound_for_any_drift() {
 }
 
 #[test]
-fn clock_set_anew_is_followed_and_nothing_is_placed_wrongly_meanwhile() {
+fn a_reset_clock_is_followed_and_no_pose_is_misplaced_meanwhile() {
     for jump in [3600.0, -3600.0, -1.7e9, 1.5, -1.5] {
         let mut samples = tracker("jump", 800, 1.7e9, 50e-6, 8e-3);
         samples[400..].iter_mut().for_each(|sample| sample.stamp += jump);

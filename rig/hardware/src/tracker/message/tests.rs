@@ -104,7 +104,7 @@ fn bytes_are_those_of_pyigtl() {
 }
 
 #[test]
-fn invalid_poses_are_told_from_others() {
+fn invalid_poses_are_distinguished_from_others() {
     let pose =
         ToolPose { position: [0.1, 0.2, 0.3], orientation: [1.0, 0.0, 0.0, 0.0], validity: Validity::Marked };
     for content in [

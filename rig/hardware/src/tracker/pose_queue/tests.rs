@@ -73,7 +73,7 @@ fn floods_of_damage_become_an_event_per_second_and_all_are_counted() {
 }
 
 #[test]
-fn doubtful_poses_are_handed_on_with_their_quality() {
+fn suspicious_poses_are_passed_on_with_their_quality() {
     let mut intake = intake();
     intake.take(tool("Tip", 0.0, None), 0.0);
     intake.take(tool("Tip", 0.5, None), 0.02);
@@ -92,7 +92,7 @@ fn queue_is_bounded() {
 }
 
 #[test]
-fn a_pose_that_cannot_be_one_says_why() {
+fn an_invalid_pose_names_the_reason() {
     let pose = |validity| ToolPose { position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0], validity };
     for (validity, part) in [
         (Validity::Zeros, "a matrix of zeros"),

@@ -29,7 +29,7 @@ fn pulls(text: &str) -> Vec<(String, Vec<f64>, Vec<[f64; 3]>)> {
 }
 
 #[test]
-fn loops_of_a_recorded_robot_are_as_wide_as_its_description_says() {
+fn loops_of_a_recorded_robot_are_as_wide_as_described() {
     let Some(path) = recorded("loops_of_a_recorded_robot", "ftdcr-v4/tendon_pull.csv") else { return };
     let text = std::fs::read_to_string(path).unwrap();
     let (mut widths, mut means) = (Vec::new(), Vec::new());

@@ -131,7 +131,7 @@ fn a_shallow_dip_is_only_an_alert() {
 }
 
 #[test]
-fn faults_of_the_tracker_are_told_to_whoever_sends_its_poses() {
+fn faults_of_the_tracker_reach_the_sender_of_its_poses() {
     let mut bench = Bench::new();
     let tracker = bench.emulator.tracker_faults();
     assert!(!tracker.is_active(FaultKind::TrackerFreeze));

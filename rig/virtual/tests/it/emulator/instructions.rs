@@ -6,7 +6,7 @@ use hysteron_rig::bus::xl430::*;
 const BROADCAST: u8 = 0xfe;
 
 #[test]
-fn ping_says_model_and_firmware() {
+fn ping_returns_model_and_firmware() {
     let mut bench = Bench::new();
     assert_eq!(bench.ask(3, 1, &[]).unwrap(), (false, vec![0x24, 0x04, 45]));
     bench.say(9, 1, &[]);

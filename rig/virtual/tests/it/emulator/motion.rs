@@ -29,7 +29,7 @@ fn without_torque_nothing_moves_and_torque_holds_where_it_is() {
 }
 
 #[test]
-fn turns_count_in_extended_mode_until_they_are_forgotten() {
+fn turns_count_in_extended_mode_until_a_restart() {
     let mut bench = Bench::new();
     bench.write(1, OPERATING_MODE, i64::from(mode::EXTENDED_POSITION)).unwrap();
     bench.torque(true);
@@ -102,7 +102,7 @@ fn an_overload_takes_the_torque_until_a_reboot() {
 }
 
 #[test]
-fn heat_takes_the_torque_only_if_the_shutdown_mask_says_so() {
+fn heat_switches_torque_off_only_with_the_shutdown_mask() {
     let mut bench = Bench::new();
     bench.write(1, SHUTDOWN, 0).unwrap();
     bench.torque(true);

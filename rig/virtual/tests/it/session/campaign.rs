@@ -220,7 +220,7 @@ fn run_script(script: &Script, n_tries: u32) -> Found {
     let slack = SLACK + 1e-3 * outcome.stats.summary().late_max_ms;
     match (script.end, &outcome.stopped) {
         (End::Plan, None) | (End::Either, _) | (End::Stopped, Some(Stop::Limit(_) | Stop::Failed(_))) => {}
-        (wanted, found) => problems.push(format!("expected {wanted:?}, got {found:?}")),
+        (expected, found) => problems.push(format!("expected {expected:?}, got {found:?}")),
     }
     check_events(script, &injected, &outcome.events, slack, &mut problems);
     check_data(&rig, &outcome, (&reads, rows.get()), script.n_rows, &mut problems);
@@ -393,7 +393,7 @@ enum Trial {
 }
 
 #[test]
-fn whatever_breaks_the_rig_is_safe_and_the_data_are_kept() {
+fn after_any_fault_the_rig_is_safe_and_the_data_are_kept() {
     let _turn = TURN.write().unwrap_or_else(PoisonError::into_inner);
     let factor: u64 = std::env::var("HYSTERON_CAMPAIGN").map_or(1, |factor| factor.parse().unwrap());
     simulated();

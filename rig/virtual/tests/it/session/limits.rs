@@ -58,7 +58,7 @@ const UNLIMITED: [(&str, &str); 3] = [
 ];
 
 #[test]
-fn a_pulley_that_something_pulls_trips_whatever_is_limited() {
+fn a_pulley_under_an_external_pull_trips_with_any_limit() {
     let [rate, load, lag] = UNLIMITED;
     let stroke =
         [("stroke_max_mm = 16.0", "stroke_max_mm = 2.3"), ("stroke_min_mm = -16.0", "stroke_min_mm = -2.3")];
@@ -112,7 +112,7 @@ fn a_tendon_near_the_load_limit_is_wound_no_further_until_the_plan_comes_back() 
 }
 
 #[test]
-fn heat_and_a_wrong_supply_let_go() {
+fn heat_and_a_wrong_supply_switch_torque_off() {
     // 24 degrees C of the room, a little of the motor's own, and this much more.
     trips(&[], Mishap::Heat(45.0), "temperature: expected at most 65", ShutdownAction::TorqueOff);
     trips(
@@ -204,7 +204,7 @@ fn a_servo_with_an_error_of_its_own_lets_all_go() {
 }
 
 #[test]
-fn a_servo_that_is_silent_is_lost_and_the_others_let_go() {
+fn a_servo_that_is_silent_is_lost_and_the_others_switch_torque_off() {
     let rig = Rig::new(&[("reply_timeout_ms = 4.0", "reply_timeout_ms = 100.0")]);
     let outcome = recorded(&rig, 300, &[BusFault::new(0.0, FaultKind::UnplugServo).of_servo(3)], MOMENT);
     assert!(

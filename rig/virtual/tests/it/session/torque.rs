@@ -36,7 +36,7 @@ fn with(servos: &mut [Option<ServoSample>], change: fn(&mut ServoSample)) {
 }
 
 #[test]
-fn whatever_ends_a_calibration_switches_the_torque_off_although_the_rig_file_says_hold() {
+fn every_end_of_a_calibration_switches_the_torque_off_also_with_hold() {
     let calibrated =
         |stage: &mut Stage, config: &RigConfig, asked: &dyn Fn() -> bool, say: &mut dyn FnMut(&str)| {
             calibrate(stage, config, "today".into(), asked, say)
@@ -153,7 +153,7 @@ fn a_silent_servo_keeps_no_other_under_torque() {
 }
 
 #[test]
-fn servos_that_missed_the_first_instruction_are_told_again() {
+fn servos_that_missed_the_first_instruction_get_it_again() {
     let stand = Stand::new();
     let mut hardware = LiveRig::open(&stand.rig).unwrap();
     hardware.prepare().unwrap();

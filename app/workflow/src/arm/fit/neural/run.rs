@@ -37,9 +37,9 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let named = read(&files)?;
     let findings = checked(&named, &model, Purpose::Fit)?;
     let features = features_of(&named)?;
-    let wanted = (&features, options.period_s, &options.free[..]);
+    let settings = (&features, options.period_s, &options.free[..]);
     let [training, validation] =
-        [Role::Training, Role::Validation].map(|role| trajectories(&named, role, wanted));
+        [Role::Training, Role::Validation].map(|role| trajectories(&named, role, settings));
     let (training, validation) = (training?, validation?);
     let n_parameters = asked.shape(&features).n_parameters();
     print_data(&training, &validation, n_parameters, context);
