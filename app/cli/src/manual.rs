@@ -90,7 +90,7 @@ pub fn man(
     written.sort();
     let outputs = Outputs::default().folder("--out", &arguments.out);
     let outputs = written.iter().fold(outputs, |outputs, (path, _)| outputs.file("--out", path));
-    let _claim = outputs.check(context)?;
+    let _lock = outputs.check(context)?;
     for (path, page) in &written {
         file::write_bytes(path, page)?;
     }

@@ -39,7 +39,7 @@ pub fn read_mesh(path: &Path, metres_per_unit: f64) -> Result<Mesh> {
     Ok(mesh)
 }
 
-/// The complaint about a length unit that is none.
+/// The error for an unknown unit of length.
 pub(super) fn bad_unit(metres_per_unit: f64) -> BadInput {
     BadInput::new("length unit", "a positive number of metres", metres_per_unit.to_string())
         .hint("0.001 for a mesh in millimetres")

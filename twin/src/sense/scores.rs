@@ -86,7 +86,7 @@ pub struct ContactScore {
     pub false_alarms_per_hour: f64,
     /// Time without contact [s].
     pub free_s: f64,
-    /// Share of it in which a contact was claimed [-].
+    /// Share of it in which a contact was detected [-].
     pub claimed: f64,
 }
 

@@ -119,7 +119,7 @@ fn error_names_the_part_reached() {
 
 /// Error of building the twin of a changed scene.
 #[track_caller]
-fn complaint(change: impl FnOnce(&mut Scene)) -> BadInput {
+fn refusal(change: impl FnOnce(&mut Scene)) -> BadInput {
     let (mut scene, mesh) = scenes::robot();
     change(&mut scene);
     let error = Twin::new(&scene, &mesh).expect_err("a bad scene");
@@ -128,9 +128,9 @@ fn complaint(change: impl FnOnce(&mut Scene)) -> BadInput {
 
 #[test]
 fn unknown_groups_are_refused_with_the_known_ones() {
-    let bad = complaint(|scene| scene.clamp = Region::Group("bottom".into()));
+    let bad = refusal(|scene| scene.clamp = Region::Group("bottom".into()));
     assert!(bad.place == "clamp.group" && bad.found.contains("base, body, tip"), "{bad}");
-    let bad = complaint(|scene| scene.tip = TipDefinition::Group("top".into()));
+    let bad = refusal(|scene| scene.tip = TipDefinition::Group("top".into()));
     assert_eq!(bad.place, "tip.group");
 }
 
@@ -145,7 +145,7 @@ fn empty_group_is_refused() {
 
 #[test]
 fn empty_box_is_refused() {
-    let bad = complaint(|scene| scene.clamp = Region::Box { min: [1.0; 3], max: [2.0; 3] });
+    let bad = refusal(|scene| scene.clamp = Region::Box { min: [1.0; 3], max: [2.0; 3] });
     assert_eq!((bad.place.as_str(), bad.found.as_str()), ("clamp", "none"));
 }
 
@@ -159,14 +159,14 @@ fn box_clamps_the_nodes_in_it() {
 
 #[test]
 fn points_outside_the_body_are_refused_by_name() {
-    let bad = complaint(|scene| scene.tendons[2].points[4] = [0.02, 0.0, 0.02]);
+    let bad = refusal(|scene| scene.tendons[2].points[4] = [0.02, 0.0, 0.02]);
     assert!(bad.place == "tendon.tendon_3.points_mm[4]" && bad.found.contains("mm outside"), "{bad}");
-    let bad = complaint(|scene| scene.tip = TipDefinition::Point([0.0, 0.0, 0.05]));
+    let bad = refusal(|scene| scene.tip = TipDefinition::Point([0.0, 0.0, 0.05]));
     assert_eq!(bad.place, "tip.point_mm");
     let force = PointForce { at: [0.0, 0.0045, 0.041], force: [1.0, 0.0, 0.0] };
-    let bad = complaint(|scene| scene.point_forces.push(force));
+    let bad = refusal(|scene| scene.point_forces.push(force));
     assert_eq!(bad.place, "point_force[1].at_mm");
-    let bad = complaint(|scene| {
+    let bad = refusal(|scene| {
         scene.auxiliary = Some(AuxiliaryLayout {
             segments: 2,
             segment_length: 4e-3,

@@ -40,7 +40,7 @@ fn state_survives_file_bit_for_bit() {
 
 /// Error of reading a file changed by `change`.
 #[track_caller]
-fn complaint(change: impl FnOnce(&mut Vec<u8>)) -> BadInput {
+fn refusal(change: impl FnOnce(&mut Vec<u8>)) -> BadInput {
     let robot = bent();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("state.bin");
@@ -60,14 +60,14 @@ fn replace(bytes: &mut Vec<u8>, from: &str, to: &str) {
 
 #[test]
 fn state_of_another_scene_is_refused() {
-    let bad = complaint(|bytes| replace(bytes, HASH, "00000000"));
+    let bad = refusal(|bytes| replace(bytes, HASH, "00000000"));
     assert!(bad.place.ends_with("scene_hash"), "{bad}");
     assert_eq!((bad.expected.as_str(), bad.found.as_str()), (HASH, "00000000"));
 }
 
 #[test]
 fn state_of_another_version_is_refused() {
-    let bad = complaint(|bytes| replace(bytes, "\"version\":3", "\"version\":4"));
+    let bad = refusal(|bytes| replace(bytes, "\"version\":3", "\"version\":4"));
     assert!(bad.place.ends_with("format"), "{bad}");
     assert!(bad.found.ends_with(" 4"), "{bad}");
 }
@@ -94,23 +94,23 @@ fn every_flipped_bit_is_noticed() {
 #[test]
 fn other_files_are_refused() {
     for content in ["", "\n", "time_s,tip_x_m\n0,0\n", "{\"format\":\"hysteron-state\"}\n", "\u{0}\u{1}"] {
-        let bad = complaint(|bytes| *bytes = content.as_bytes().to_vec());
+        let bad = refusal(|bytes| *bytes = content.as_bytes().to_vec());
         assert!(bad.place.ends_with("header"), "{bad}");
     }
-    let bad = complaint(|bytes| replace(bytes, "hysteron-state", "hysteron-stale"));
+    let bad = refusal(|bytes| replace(bytes, "hysteron-state", "hysteron-stale"));
     assert!(bad.place.ends_with("format"), "{bad}");
 }
 
 #[test]
 fn truncated_or_padded_state_is_refused() {
     for remove in [1, 8, 100] {
-        let bad = complaint(|bytes| bytes.truncate(bytes.len() - remove));
+        let bad = refusal(|bytes| bytes.truncate(bytes.len() - remove));
         assert!(bad.place.ends_with("size") && bad.hint.contains("truncated"), "{bad}");
     }
-    assert!(complaint(|bytes| bytes.push(0)).place.ends_with("size"));
-    assert!(complaint(|bytes| bytes.extend([0; 8])).place.ends_with("size"));
+    assert!(refusal(|bytes| bytes.push(0)).place.ends_with("size"));
+    assert!(refusal(|bytes| bytes.extend([0; 8])).place.ends_with("size"));
     // The whole body is missing, even the end of the first line.
-    let bad = complaint(|bytes| {
+    let bad = refusal(|bytes| {
         let end = bytes.iter().position(|byte| *byte == b'\n').unwrap();
         bytes.truncate(end);
     });
@@ -133,7 +133,7 @@ fn state_of_another_mesh_is_refused() {
 #[test]
 fn numbers_that_are_not_finite_are_refused() {
     for number in [f64::NAN, f64::INFINITY] {
-        let bad = complaint(|bytes| {
+        let bad = refusal(|bytes| {
             let at = bytes.len() - 16;
             bytes[at..at + 8].copy_from_slice(&number.to_le_bytes());
         });
@@ -144,7 +144,7 @@ fn numbers_that_are_not_finite_are_refused() {
 #[test]
 fn load_outside_its_range_is_refused() {
     for load in ["1.5", "-0.5", "1e300"] {
-        let bad = complaint(|bytes| replace(bytes, "\"load\":1.0", &format!("\"load\":{load}")));
+        let bad = refusal(|bytes| replace(bytes, "\"load\":1.0", &format!("\"load\":{load}")));
         assert!(bad.place.ends_with("load"), "{bad}");
     }
 }

@@ -1,4 +1,4 @@
-//! A run of a study: its folder is claimed, cells are done while their progress is shown, and the outcome is reported.
+//! A run of a study: its folder is locked, cells are done while their progress is shown, and the outcome is reported.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ pub fn run<T, O>(
     compute: impl FnOnce(&Path, Listener<'_>) -> anyhow::Result<Option<T>>,
     report: impl FnOnce(T) -> anyhow::Result<O>,
 ) -> Result<O, WorkflowError> {
-    let _claim = inputs.report("--out", Some(out)).check(context)?;
+    let _lock = inputs.report("--out", Some(out)).check(context)?;
     context.listen();
     let cells = out.join("cells");
     let mut bar = Bar::new(context);

@@ -1,4 +1,4 @@
-//! A run of a study of tendon robots: its folder is claimed, and its outcome written.
+//! A run of a study of tendon robots: its folder is locked, and its outcome written.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ pub(super) struct StudySession<'a> {
     study: &'static str,
     out: &'a Path,
     context: &'a Context<'a>,
-    _claim: OutputLock,
+    _lock: OutputLock,
 }
 
 impl<'a> StudySession<'a> {
@@ -24,9 +24,9 @@ impl<'a> StudySession<'a> {
     /// `BadInput` for a folder that is not this command's.
     pub fn begin(study: &'static str, out: &'a Path, context: &'a Context<'a>) -> anyhow::Result<Self> {
         let outputs = Outputs::default().folder("--out", out).file("--out", out.join("metrics.json"));
-        let claim = outputs.check(context)?;
+        let lock = outputs.check(context)?;
         context.listen();
-        Ok(Self { study, out, context, _claim: claim })
+        Ok(Self { study, out, context, _lock: lock })
     }
 
     /// Writes `metrics.json`.

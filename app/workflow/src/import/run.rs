@@ -58,7 +58,7 @@ fn import_or_propose(options: &Options, context: &Context) -> anyhow::Result<Out
     let named = [&options.map, &options.drive, &options.model].into_iter().flatten();
     let reads = Outputs::reading(&options.sources).and(named.filter_map(|text| file_of(text)));
     let outputs = files.iter().fold(reads, |outputs, path| outputs.file("--out", path));
-    let _claim = outputs.report("--figures", options.figures.as_deref()).check(context)?;
+    let _lock = outputs.report("--figures", options.figures.as_deref()).check(context)?;
     for (path, one) in files.iter().zip(&imported) {
         one.recording.write(path)?;
     }
@@ -150,7 +150,7 @@ fn propose(options: &Options, out: &Path, context: &Context) -> anyhow::Result<O
     if out == Path::new("-") {
         context.print(text.trim_end());
     } else {
-        let _claim = Outputs::reading(&options.sources).file("--propose", out).check(context)?;
+        let _lock = Outputs::reading(&options.sources).file("--propose", out).check(context)?;
         file::write_bytes(out, &text)?;
         context.print(format!("map to edit: {}", out.display()));
     }

@@ -27,7 +27,7 @@ pub struct Results {
 }
 
 impl Results {
-    pub(crate) fn claim(&self, outputs: Outputs, context: &Context) -> anyhow::Result<OutputLock> {
+    pub(crate) fn lock(&self, outputs: Outputs, context: &Context) -> anyhow::Result<OutputLock> {
         outputs.file("--out", &self.out).report("--figures", self.figures.as_deref()).check(context)
     }
 

@@ -128,7 +128,7 @@ impl Outputs {
             file::check_name(path).map_err(|bad| bad.within(option))?;
             check_folder(option, path.parent().unwrap_or(Path::new("")))?;
         }
-        let claim = self.claim()?;
+        let lock = self.lock()?;
         for (k, (option, path)) in self.files.iter().enumerate() {
             let twice =
                 self.files[..k].iter().find(|(_, earlier)| earlier == path || file::is_same(earlier, path));
@@ -141,11 +141,11 @@ impl Outputs {
                 check_replaceable(option, path, context)?;
             }
         }
-        Ok(claim)
+        Ok(lock)
     }
 
     /// Locks the folders, and the files that are in none of them.
-    fn claim(&self) -> Result<OutputLock, hysteron_base::Error> {
+    fn lock(&self) -> Result<OutputLock, hysteron_base::Error> {
         let folders = self.folders.iter().map(|(_, folder)| Lock::folder(folder));
         let is_in_folder = |path: &Path| self.folders.iter().any(|(_, folder)| path.starts_with(folder));
         let files =

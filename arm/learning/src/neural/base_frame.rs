@@ -68,15 +68,15 @@ mod tests {
     #[test]
     fn axes_that_turn_are_those_of_a_rotation_about_the_upright_joint_and_of_no_other_arm() {
         let model = Model::builtin("open-manipulator-x").unwrap();
-        let heading = BaseFrame::of(&model);
+        let frame = BaseFrame::of(&model);
         let (angle, v, w) = (0.7_f64, [1.0, -2.0, 0.5], [0.3, 0.4, -0.9]);
         let (sin, cos) = angle.sin_cos();
         let expected = [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]];
         let apart = |a: Vec3<f64>, b: Vec3<f64>| (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f64::max);
-        assert!(apart(heading.to_base(angle, v), expected) < 1e-15);
-        assert!(apart(heading.to_arm(angle, expected), v) < 1e-15);
+        assert!(apart(frame.to_base(angle, v), expected) < 1e-15);
+        assert!(apart(frame.to_arm(angle, expected), v) < 1e-15);
         // The gradient goes back through the transpose.
-        let both = [dot3(heading.to_base(angle, v), w), dot3(v, heading.to_arm(angle, w))];
+        let both = [dot3(frame.to_base(angle, v), w), dot3(v, frame.to_arm(angle, w))];
         assert!((both[0] - both[1]).abs() < 1e-15, "{both:?}");
         // On a wall the first joint turns against gravity.
         let mounted = model.with_gravity([9.81, 0.0, 0.0]);

@@ -125,10 +125,10 @@ impl<'m> LiveEstimator<'m> {
         for (k, (torque, y)) in self.torque.iter_mut().zip(outputs).enumerate() {
             let limit = self.simulation.torque_limits[usize::from(k >= self.features.joints)];
             *torque = limit * (f64::from(*y) / limit).tanh();
-            if let Some(mover) = self.simulation.mover() {
+            if let Some(drive_model) = self.simulation.drive_model() {
                 let at = [state[k], state[m + k]];
-                let (own, _) = mover.torque(k, (inputs[k], self.gain), at, self.heat[k][0]);
-                *torque = mover.left_by_friction(k, (*torque + own).clamp(-limit, limit), at[1]);
+                let (own, _) = drive_model.torque(k, (inputs[k], self.gain), at, self.heat[k][0]);
+                *torque = drive_model.left_by_friction(k, (*torque + own).clamp(-limit, limit), at[1]);
             }
         }
         self.sensing.update([inputs, state, voltage])

@@ -144,7 +144,7 @@ impl<'m> ArmObservers<'m> {
 #[derive(Debug, Clone)]
 pub(super) struct Observations<'m> {
     features: FeatureLayout,
-    heading: BaseFrame,
+    base_frame: BaseFrame,
     observers: ArmObservers<'m>,
     health: JointHealth,
     /// Part of the way to a new value in a sample, for force and torques.
@@ -164,7 +164,7 @@ impl<'m> Observations<'m> {
     ) -> Result<Self, BadInput> {
         Ok(Self {
             features: *features,
-            heading: BaseFrame::of(model),
+            base_frame: BaseFrame::of(model),
             observers: ArmObservers::new(model, (features, &known.drive, period))?,
             health: JointHealth::new(&known.health, (period, GAIN)),
             shares: SLOW.map(|time| period / (time + period)),
@@ -178,8 +178,8 @@ impl<'m> Observations<'m> {
     }
 
     /// Axes that turn with the arm.
-    pub fn heading(&self) -> BaseFrame {
-        self.heading
+    pub fn base_frame(&self) -> BaseFrame {
+        self.base_frame
     }
 
     /// Takes a sample's inputs, state and voltages on the motors; writes its channels and gives the observer's force [N].
@@ -202,13 +202,13 @@ impl<'m> Observations<'m> {
             .into_iter()
             .chain(self.observers.forces)
             .chain(self.observers.filters.iter().map(|one| one.force));
-        let forces = all.flat_map(|f| self.heading.to_arm(state[0], f));
+        let forces = all.flat_map(|f| self.base_frame.to_arm(state[0], f));
         let (slow_torque, slow_friction) = self.slow[3..].split_at(n);
         let friction = (0..n).map(|k| self.observers.observer.friction(k));
         let torques = external.iter().chain(slow_torque).copied().chain(friction);
         let more = forces.chain(torques).chain(slow_friction.iter().copied()).chain(self.health.channels());
         to.iter_mut().zip(inputs.iter().copied().chain(more)).for_each(|(to, from)| *to = from);
-        self.heading.remove_azimuth(&self.features, to);
+        self.base_frame.remove_azimuth(&self.features, to);
         force
     }
 }
@@ -255,7 +255,7 @@ pub struct ObservedTrajectory<'a> {
     /// Which output is what.
     pub(super) heads: Heads,
     /// Axes that turn with the arm: those of the network's forces.
-    heading: BaseFrame,
+    base_frame: BaseFrame,
 }
 
 impl<'a> ObservedTrajectory<'a> {
@@ -277,20 +277,20 @@ impl<'a> ObservedTrajectory<'a> {
             force.push(observations.next([inputs, state, &voltage[row * n..][..n]], to));
             evidence.push(observations.evidence());
         }
-        let heading = observations.heading();
-        Ok(Self { trajectory, rows, force, evidence, heads: Heads::new(features), heading })
+        let base_frame = observations.base_frame();
+        Ok(Self { trajectory, rows, force, evidence, heads: Heads::new(features), base_frame })
     }
 
     /// Makes of the network's raw force at a row that of base's axes, the observer's added.
     pub(super) fn complete(&self, row: usize, outputs: &mut [f64]) {
         let angle = self.trajectory.state_at(row)[0];
-        self.heading.add_force(&self.heads, (angle, &self.force[row]), outputs);
+        self.base_frame.add_force(&self.heads, (angle, &self.force[row]), outputs);
     }
 
     /// Makes of the gradient by that force the one by the network's.
     pub(super) fn turn_gradient(&self, row: usize, by_outputs: &mut [f64]) {
         let angle = self.trajectory.state_at(row)[0];
-        self.heads.map_force(by_outputs, |g| self.heading.to_arm(angle, g));
+        self.heads.map_force(by_outputs, |g| self.base_frame.to_arm(angle, g));
     }
 
     /// Channels of a row; before the first, those of the first.

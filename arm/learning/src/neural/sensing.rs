@@ -189,8 +189,8 @@ impl<'m> SensingRunner<'m> {
         }
         let outputs_of_step = self.runner.step(&self.token);
         self.outputs.iter_mut().zip(outputs_of_step).for_each(|(to, y)| *to = f64::from(*y));
-        let heading = self.observations.heading();
-        heading.add_force(&self.heads, (sample[1][0], &force), &mut self.outputs);
+        let base_frame = self.observations.base_frame();
+        base_frame.add_force(&self.heads, (sample[1][0], &force), &mut self.outputs);
         let outputs = &self.outputs;
         if self.recent.len() == WINDOW {
             self.recent.pop_front();

@@ -102,14 +102,14 @@ impl SimulationOptions {
     }
 
     /// Model that drives the motors next to the network.
-    pub(super) fn mover(&self) -> Option<DriveModel<'_>> {
+    pub(super) fn drive_model(&self) -> Option<DriveModel<'_>> {
         let drive = self.drive.as_ref().map(|one| DriveModel::Drive(&one.drive));
         self.servo.as_ref().map(DriveModel::Servo).or(drive)
     }
 
     /// Reference that gains of the position loops are relative to; none where it is not known.
     pub(super) fn position_gain(&self) -> Option<f64> {
-        match self.mover()? {
+        match self.drive_model()? {
             DriveModel::Servo(servo) => servo.position_gain,
             DriveModel::Drive(_) => Some(1.0),
         }
@@ -209,7 +209,8 @@ impl ArmSimulation {
         }
         let mut model = model.with_bodies_and_drives(|k, _, drive| {
             (drive.armature, drive.damping) = (options.armature, options.damping);
-            drive.dry_friction = options.mover().map_or(0.0, |mover| mover.friction(k, 0.0)[0].value);
+            drive.dry_friction =
+                options.drive_model().map_or(0.0, |drive_model| drive_model.friction(k, 0.0)[0].value);
         });
         if options.payload > 0.0 {
             // Second moments of the mass, as xx, xy, yy, xz, yz, zz.
@@ -242,16 +243,17 @@ impl ArmSimulation {
     /// For how long torques are held [s], and the parts of that: a whole step, or one part of it with a servo or drive in the loop.
     fn held(&self) -> (f64, usize) {
         let SimulationOptions { period, substeps, .. } = self.options;
-        match self.options.mover() {
+        match self.options.drive_model() {
             None => (period, substeps),
             Some(_) => (period / substeps as f64, 1),
         }
     }
 
     fn rollouts(&self) -> ArmRollouts<'_> {
-        let creeps = |mover: DriveModel<'_>| matches!(mover, DriveModel::Servo(servo) if !servo.holds);
-        let integrator = match self.options.mover() {
-            Some(mover) if !creeps(mover) => Integrator::WithFriction(EndStops::None),
+        let creeps =
+            |drive_model: DriveModel<'_>| matches!(drive_model, DriveModel::Servo(servo) if !servo.holds);
+        let integrator = match self.options.drive_model() {
+            Some(drive_model) if !creeps(drive_model) => Integrator::WithFriction(EndStops::None),
             _ => Integrator::SemiImplicitEuler,
         };
         ArmRollouts {
@@ -266,12 +268,12 @@ impl ArmSimulation {
 
     /// Friction of motor `k` at a speed, as [`DriveModel::friction`] has it.
     fn friction(&self, k: usize, speed: f64) -> [Dual; 2] {
-        self.options.mover().map_or([Dual::from(0.0); 2], |mover| mover.friction(k, speed))
+        self.options.drive_model().map_or([Dual::from(0.0); 2], |drive_model| drive_model.friction(k, speed))
     }
 
     /// Friction of the arm's joints in these states (trajectories × 2n), where it is not the model's.
     fn friction_of_arm(&self, states: &[f64]) -> Vec<f64> {
-        if !self.options.mover().is_some_and(|mover| mover.friction_varies()) {
+        if !self.options.drive_model().is_some_and(|drive_model| drive_model.friction_varies()) {
             return Vec::new();
         }
         let (m, n) = (self.features.motors(), self.features.joints);
@@ -296,10 +298,12 @@ impl ArmSimulation {
     /// States after a step from `states` (trajectories × 2m) under the torques asked for; with a servo in the loop, under its torque
     /// towards the goals too.
     pub fn step(&self, states: &[f64], asked: MotorCommand<'_>, next: &mut [f64]) {
-        let Some(mover) = self.options.mover() else { return self.hold(states, asked.torques, next) };
+        let Some(drive_model) = self.options.drive_model() else {
+            return self.hold(states, asked.torques, next);
+        };
         let mut now = states.to_vec();
         for _ in 0..self.options.substeps {
-            let driven = self.driven(mover, &now, asked);
+            let driven = self.driven(drive_model, &now, asked);
             self.hold(&now, &driven, next);
             now.copy_from_slice(next);
         }
@@ -308,12 +312,12 @@ impl ArmSimulation {
     /// Gradients by states and torques of a step from those by the states after it, `weights`.
     pub fn step_back(&self, states: &[f64], asked: MotorCommand<'_>, weights: &[f64]) -> [Vec<f64>; 2] {
         let torques = asked.torques;
-        let Some(mover) = self.options.mover() else {
+        let Some(drive_model) = self.options.drive_model() else {
             return self.friction_backward(states, torques, weights);
         };
         let mut path = vec![states.to_vec()];
         for part in 1..self.options.substeps {
-            let driven = self.driven(mover, &path[part - 1], asked);
+            let driven = self.driven(drive_model, &path[part - 1], asked);
             let mut next = vec![0.0; states.len()];
             self.hold(&path[part - 1], &driven, &mut next);
             path.push(next);
@@ -321,11 +325,11 @@ impl ArmSimulation {
         let m = self.features.motors();
         let (mut by_state, mut by_torque) = (weights.to_vec(), vec![0.0; torques.len()]);
         for states in path.iter().rev() {
-            let driven = self.driven(mover, states, asked);
+            let driven = self.driven(drive_model, states, asked);
             let [mut by_before, by_driven] = self.friction_backward(states, &driven, &by_state);
             for (at, (by_driven, torque)) in by_driven.iter().zip(torques).enumerate() {
                 let (row, k) = (at / m, at % m);
-                let (free, [by_angle, by_speed]) = own_torque(mover, states, asked, (at, m));
+                let (free, [by_angle, by_speed]) = own_torque(drive_model, states, asked, (at, m));
                 if (free + torque).abs() < self.limit(k) {
                     by_torque[at] += by_driven;
                     by_before[row * 2 * m + k] += by_angle * by_driven;
@@ -338,10 +342,10 @@ impl ArmSimulation {
     }
 
     /// Torques of servo or drive and the network's together, as far as the motors' limits (trajectories × m) [N m].
-    fn driven(&self, mover: DriveModel<'_>, states: &[f64], asked: MotorCommand<'_>) -> Vec<f64> {
+    fn driven(&self, drive_model: DriveModel<'_>, states: &[f64], asked: MotorCommand<'_>) -> Vec<f64> {
         let m = self.features.motors();
         let one = |(at, torque): (usize, &f64)| {
-            let (free, _) = own_torque(mover, states, asked, (at, m));
+            let (free, _) = own_torque(drive_model, states, asked, (at, m));
             (free + torque).clamp(-self.limit(at % m), self.limit(at % m))
         };
         asked.torques.iter().enumerate().map(one).collect()
@@ -434,7 +438,7 @@ impl ArmSimulation {
 
 /// Torque and its derivatives, as [`DriveModel::torque`] has them, of motor `at` of all m in every row.
 fn own_torque(
-    mover: DriveModel<'_>,
+    drive_model: DriveModel<'_>,
     states: &[f64],
     asked: MotorCommand<'_>,
     (at, m): (usize, usize),
@@ -442,5 +446,5 @@ fn own_torque(
     let (row, k) = (at / m, at % m);
     let state = &states[row * 2 * m..][..2 * m];
     let winding = asked.windings.get(at).copied().unwrap_or_default();
-    mover.torque(k, (asked.goals[at], asked.gains[row]), [state[k], state[m + k]], winding)
+    drive_model.torque(k, (asked.goals[at], asked.gains[row]), [state[k], state[m + k]], winding)
 }

@@ -160,7 +160,7 @@ impl<'a> NeuralTask<'a> {
                 simulation.options().check_gain(&one.name, one.position_gain)?;
             }
         }
-        let has_torques = options.warm_start > 0 && simulation.options().mover().is_none();
+        let has_torques = options.warm_start > 0 && simulation.options().drive_model().is_none();
         let with_torques = if has_torques { training } else { &[] };
         let torques = with_torques
             .iter()
@@ -302,7 +302,7 @@ impl TrainingTask<Transformer<f32>> for NeuralTask<'_> {
 
     /// With a servo in the loop a network without torque is that servo: the weights that are kept are no worse in validation.
     fn keeps_the_first(&self) -> bool {
-        self.simulation.options().mover().is_some()
+        self.simulation.options().drive_model().is_some()
     }
 
     fn epoch(

@@ -321,7 +321,7 @@ impl<'a> RigSession<'a> {
     /// Brings the robot back to rest, unless what stopped it forbids that, and ends the session: torque as the rig
     /// file says after a run that came to its end, off after any other. What stops it on the way back is the reason
     /// of the end, if there was none before. False if the servos could not be reached.
-    fn conclude(&mut self, stopped: &mut Option<Stop>, watch: &mut dyn FnMut(&Self)) -> bool {
+    fn finish(&mut self, stopped: &mut Option<Stop>, watch: &mut dyn FnMut(&Self)) -> bool {
         if self.torque == Torque::On {
             // On the way back the tip may still be out of sight or bounds: what must not be passed at once is what
             // counts.

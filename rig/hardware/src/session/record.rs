@@ -186,7 +186,7 @@ impl RigRecorder {
         }
         // The last rows wait for the poses after them.
         let mut watch = |session: &RigSession<'_>| tape.aligner.push_poses(&session.poses);
-        let is_torque_settled = session.conclude(&mut stopped, &mut watch);
+        let is_torque_settled = session.finish(&mut stopped, &mut watch);
         let last_events = std::mem::take(&mut session.events);
         let torque_trouble = session.torque_trouble.take();
         let mut stats = session.stats.clone();

@@ -86,15 +86,15 @@ pub struct Client {
 
 #[derive(Debug)]
 struct ClientShared {
-    intake: Mutex<PoseQueue>,
+    queue: Mutex<PoseQueue>,
     connected: AtomicBool,
     stop: AtomicBool,
 }
 
 impl ClientShared {
-    fn intake(&self) -> MutexGuard<'_, PoseQueue> {
+    fn queue(&self) -> MutexGuard<'_, PoseQueue> {
         // Whatever a panic left behind is whole: messages are taken one by one.
-        self.intake.lock().unwrap_or_else(PoisonError::into_inner)
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -110,7 +110,7 @@ impl Client {
         let request =
             request_interval.map(|interval| start_request(device.as_deref().unwrap_or(""), interval));
         let shared = Arc::new(ClientShared {
-            intake: Mutex::new(PoseQueue::new(device, latency, stale_after, limits)),
+            queue: Mutex::new(PoseQueue::new(device, latency, stale_after, limits)),
             connected: AtomicBool::new(false),
             stop: AtomicBool::new(false),
         });
@@ -131,12 +131,12 @@ impl Client {
     /// Appends the poses that came since the last call, in order, in the tracker's frame. Their times are when they
     /// were measured, on the host's clock, strictly increasing.
     pub fn take_poses(&self, poses: &mut Vec<Pose>) {
-        poses.extend(self.shared.intake().poses.drain(..));
+        poses.extend(self.shared.queue().poses.drain(..));
     }
 
     /// Appends what went wrong since the last call.
     pub fn take_events(&self, events: &mut Vec<Event>) {
-        events.extend(self.shared.intake().events.drain(..));
+        events.extend(self.shared.queue().events.drain(..));
     }
 
     /// Whether messages come.
@@ -146,7 +146,7 @@ impl Client {
 
     /// Counts of the messages so far.
     pub fn counts(&self) -> PoseCounts {
-        self.shared.intake().counts
+        self.shared.queue().counts
     }
 
     /// Waits until a pose can be taken.
@@ -156,16 +156,16 @@ impl Client {
     pub fn wait_for_pose(&self, timeout: f64) -> Result<()> {
         let begin = Instant::now();
         loop {
-            let intake = self.shared.intake();
-            if !intake.poses.is_empty() {
+            let queue = self.shared.queue();
+            if !queue.poses.is_empty() {
                 return Ok(());
             }
             if begin.elapsed().as_secs_f64() > timeout {
-                let why = intake.events.back().map_or(String::new(), |event| format!(": {}", event.message));
-                let what = format!("no pose of {} from {}", intake.device_name(), self.address);
+                let why = queue.events.back().map_or(String::new(), |event| format!(": {}", event.message));
+                let what = format!("no pose of {} from {}", queue.device_name(), self.address);
                 return Err(Error::Tracker(format!("{what} within {timeout} s{why}")));
             }
-            drop(intake);
+            drop(queue);
             std::thread::sleep(BEAT);
         }
     }
@@ -216,7 +216,7 @@ impl ClientState {
             }
             if !is_loss_logged {
                 let message = format!("{why}; trying again");
-                self.shared.intake().log(self.now(), EventKind::TrackerLost, message);
+                self.shared.queue().log(self.now(), EventKind::TrackerLost, message);
                 is_loss_logged = true;
             }
             let until = Instant::now() + pause;
@@ -253,28 +253,28 @@ impl ClientState {
         let mut buffer = [0; 4096];
         let (mut n_messages, mut is_up) = (0_usize, false);
         let mut last_message = self.now();
-        self.shared.intake().connected(last_message);
+        self.shared.queue().connected(last_message);
         while !self.is_stopped() {
             let result = stream.read(&mut buffer);
             let now = self.now();
-            let mut intake = self.shared.intake();
+            let mut queue = self.shared.queue();
             match result {
                 Ok(0) => return (is_up, "the tracker closed the connection".into()),
                 Ok(n) => decoder.decode(&buffer[..n], |decoded| {
                     if !matches!(decoded, DecodedMessage::Damaged(_)) {
                         (n_messages, last_message) = (n_messages + 1, now);
                     }
-                    intake.take(decoded, now);
+                    queue.take(decoded, now);
                 }),
                 Err(e) if is_timeout(&e) => {}
                 Err(e) => return (is_up, e.to_string()),
             }
-            intake.tick(now);
+            queue.tick(now);
             if n_messages > 0 && !is_up {
                 is_up = true;
                 self.shared.connected.store(true, Ordering::Relaxed);
                 if is_loss_logged {
-                    intake.log(now, EventKind::TrackerBack, "the tracker sends again".into());
+                    queue.log(now, EventKind::TrackerBack, "the tracker sends again".into());
                 }
             }
             if now - last_message > self.silent_after {

@@ -103,7 +103,7 @@ impl ServoChain {
     }
 
     /// A packet whose checksum is wrong: the addressed servo reports it.
-    pub fn complain(&self, id: u8) -> Reply {
+    pub fn checksum_error(&self, id: u8) -> Reply {
         let answers =
             self.listening(id).filter(|k| self.servos[*k].table.unsigned(xl430::STATUS_RETURN) == 2);
         Reply { answers: answers.map(|k| self.answer(k, Err(Refusal::Checksum))).collect(), n_asked: None }

@@ -172,7 +172,7 @@ impl<W: ServoWorld> Bus<W> {
                 }
                 DecodedPacket::BadChecksum { .. } => {
                     record.counts.bad_packets += 1;
-                    self.chain.complain(id)
+                    self.chain.checksum_error(id)
                 }
             };
             record.torque(time, self.chain.servos.iter().map(EmulatedServo::is_torque_on));

@@ -34,7 +34,8 @@ pub struct AblationPath {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct LevelResult {
     /// Name of the level.
-    pub rung: String,
+    #[serde(rename = "rung")]
+    pub level: String,
     /// How closely the tip followed the target.
     #[serde(flatten)]
     pub followed: FollowedKeys,

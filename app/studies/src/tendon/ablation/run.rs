@@ -56,7 +56,7 @@ struct Robot {
 impl Robot {
     fn result(&self, targets: &[&str]) -> AblatedRobot {
         let level = |(level, found): (&&str, &Option<Followed>)| LevelResult {
-            rung: (*level).to_owned(),
+            level: (*level).to_owned(),
             followed: FollowedKeys::of(found.as_ref()),
         };
         let paths = targets.iter().zip(&self.found).map(|(target, found)| AblationPath {

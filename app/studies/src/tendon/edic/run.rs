@@ -58,7 +58,7 @@ const PLANS: [&str; 2] = ["synthetic", "roses"];
 /// Seeds of networks, and repeats of each path with each of them.
 const SEEDS: u64 = 5;
 const REPEATS: u64 = 5;
-/// The paper's training takes every sample as the end of a window and 256 windows a step: nine days of two cores. This
+/// The paper's training takes every sample as the end of a window and 256 windows a step: nine noise of two cores. This
 /// takes fewer windows, and fewer a step so that there are nearly a thousand steps.
 const PAPER_OPTIONS: [&str; 6] = ["--design", "paper", "--stride", "800", "--batch", "32"];
 
@@ -183,8 +183,8 @@ fn track(chain: &Chain<'_>, method: &Method, target: &str, quick: bool) -> Resul
         let model =
             method.model.map(|model| chain.path(&format!("{model}-{seed}.safetensors"))).transpose()?;
         let strokes = Strokes { scene: scene.as_deref(), model: model.as_deref() };
-        let days = [repeats, 100 * seed];
-        match chain.track("virtual:typical", strokes, target, days, &format!("{stem}/{seed}"))? {
+        let noise = [repeats, 100 * seed];
+        match chain.track("virtual:typical", strokes, target, noise, &format!("{stem}/{seed}"))? {
             Some(followed) => cell.followed.extend(followed),
             None => cell.refused += 1,
         }

@@ -32,7 +32,7 @@ fn adapt(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         "--robot takes the robot",
     )?;
     let outputs = arm::reads(&options.robot).and([&options.actuator]).and(&options.recordings);
-    let _claim = outputs.learned("--out", &options.out).check(context)?;
+    let _lock = outputs.learned("--out", &options.out).check(context)?;
     let actuator = NeuralActuator::read(&options.actuator)?;
     let model = options.robot_options.model(&options.robot, context)?;
     context.listen();

@@ -44,7 +44,7 @@ fn compute(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     memory::check_result(&options.states, states.n_samples(), n_columns)?;
     let output = DynamicsOutput { frame, derivatives: options.derivatives };
     let outputs = arm::reads(&options.model).and([&options.states]).recording("--out", &options.out);
-    let _claim = outputs.check(context)?;
+    let _lock = outputs.check(context)?;
     let results = dynamics_of_rows(&model, &states, output, arm::meta(context, "rigid-body dynamics"))
         .map_err(|bad| bad.within(options.states.display()))?;
     written(&results, held_joints(&model), (options, context))
@@ -77,7 +77,7 @@ fn learned(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     }
     let outputs =
         Outputs::reading([Path::new(&options.model), &options.states]).recording("--out", &options.out);
-    let _claim = outputs.check(context)?;
+    let _lock = outputs.check(context)?;
     let states = memory::recording(&options.states)?;
     let meta = arm::meta(context, "learned inverse dynamics");
     let model = LearnedDynamics::read(options.model.as_ref())?;

@@ -18,7 +18,7 @@ pub(super) fn run(options: &Options, context: &Context) -> anyhow::Result<Extern
         return Err(BadInput::new("--live", expected, "a model by hysteron arm fit delan").into());
     };
     let outputs = Outputs::reading([&options.actuator, path]).recording("--out", &options.out);
-    let _claim = outputs.check(context)?;
+    let _lock = outputs.check(context)?;
     let recording = crate::shared::memory::recording(path)?;
     let meta = arm::meta(context, "external torques from learned dynamics");
     if !(options.gain > 0.0 && options.gain.is_finite()) {

@@ -36,7 +36,7 @@ fn estimate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let outputs = arm::reads(&options.robot).and(read.into_iter().flatten().cloned());
     let outputs = outputs.recording("--out", &options.out);
     // A recording from a bus has a lock of its own.
-    let _claim = options.live.is_none().then(|| outputs.check(context)).transpose()?;
+    let _lock = options.live.is_none().then(|| outputs.check(context)).transpose()?;
     let actuator = NeuralActuator::read(&options.actuator)?;
     let robot = options.robot_options.model(&options.robot, context)?;
     let model = actuator.observed_arm(&robot)?;

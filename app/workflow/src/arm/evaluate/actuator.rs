@@ -29,7 +29,7 @@ pub(super) fn evaluate(options: &Options, context: &Context) -> anyhow::Result<A
     };
     let outputs = arm::reads(&options.robot).and(&files).and(&known);
     let outputs = options.out.iter().fold(outputs, |all, out| all.file("--out", out));
-    let _claim = outputs.report("--figures", options.figures.as_deref()).check(context)?;
+    let _lock = outputs.report("--figures", options.figures.as_deref()).check(context)?;
     let model = options.robot_options.model(&options.robot, context)?;
     context.listen();
     let mut by_task: BTreeMap<String, Vec<Trajectory>> = BTreeMap::new();

@@ -22,7 +22,7 @@ pub(super) fn evaluate(options: &Options, context: &Context) -> anyhow::Result<D
     };
     let outputs = Outputs::reading([&options.model, path]);
     let outputs = options.out.iter().fold(outputs, |outputs, out| outputs.recording("--out", out));
-    let _claim = outputs.check(context)?;
+    let _lock = outputs.check(context)?;
     let model = LearnedDynamics::read(&options.model)?;
     let recording = crate::shared::memory::recording(path)?;
     let name = recording_checks::name_of(path);

@@ -35,7 +35,7 @@ fn excite(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     };
     let limits = MotionLimits::of(&model, requested)?;
     let outputs = arm::reads(&options.model).recording("--out", &options.out);
-    let _claim = outputs.report("--figures", options.figures.as_deref()).check(context)?;
+    let _lock = outputs.report("--figures", options.figures.as_deref()).check(context)?;
     let mut meta = arm::meta(context, "designed motion of an arm");
     let (states, found) = match law(options.shape) {
         Some(law) => {

@@ -23,7 +23,7 @@ fn export(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         model = model.with_parameters(&table).map_err(|bad| bad.within(path.display()))?;
     }
     let outputs = arm::reads(&options.model).and(options.parameters.as_deref());
-    let _claim = outputs.file("--out", &options.out).check(context)?;
+    let _lock = outputs.file("--out", &options.out).check(context)?;
     robot_file::check("--out", &options.out, part)?;
     robot_file::write(&model, &options.out, part, context)?;
     context.print(format_args!("{} joints: {}", model.n_joints(), options.out.display()));

@@ -53,7 +53,7 @@ fn generate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let is_new = !copy.exists() || file::read_text(&copy)? == text;
     let has_report = options.out.join("metrics.json").exists();
     let outputs = if is_new || has_report { outputs } else { outputs.file("--out", &copy) };
-    let _claim = outputs.report("--out", Some(&options.out)).check(context)?;
+    let _lock = outputs.report("--out", Some(&options.out)).check(context)?;
     tracing::info!("{n_jobs} trajectories, {} of them are there already", rows.len());
     context.listen();
     let bar = context.progress("trajectories", n_jobs, rows.len());

@@ -23,7 +23,7 @@ fn simulate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     // Time, coordinates, speeds, accelerations and torques.
     memory::check_result(&options.torques, torques.n_samples(), 1 + 4 * model.n_joints())?;
     let outputs = arm::reads(&options.model).and([&options.torques]).recording("--out", &options.out);
-    let _claim = outputs.report("--figures", options.figures.as_deref()).check(context)?;
+    let _lock = outputs.report("--figures", options.figures.as_deref()).check(context)?;
     let start = match options.start.is_empty() {
         true => first_row(&model, &torques).map_err(|bad| bad.within(options.torques.display()))?,
         false => options.start.clone(),

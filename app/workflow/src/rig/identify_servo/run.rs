@@ -35,7 +35,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 fn identify_servos(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     options.check()?;
     let files = inputs::read(&options.recordings)?;
-    let _claim = options.results.claim(Outputs::reading(files.iter().map(|input| &input.path)), context)?;
+    let _lock = options.results.lock(Outputs::reading(files.iter().map(|input| &input.path)), context)?;
     let findings = recording_checks::of_inputs(&files, &CheckContext::new(Purpose::Fit))?;
     let period = common_period(&files)?;
     let servos = servos(&files, &options.servos)?;

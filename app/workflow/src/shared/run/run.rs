@@ -43,7 +43,7 @@ pub fn run(
     let partial = Partial::of(&options.out)?;
     let scene = Scene::read(&options.scene)?;
     let input = RunInput::read(task, path)?;
-    let _claim = outputs(options, &scene, &input, checkpoint, &partial).check(context)?;
+    let _lock = outputs(options, &scene, &input, checkpoint, &partial).check(context)?;
     let (mesh, quality) = hysteron_twin::read_body(&scene)?;
     let twin = Twin::new(&scene, &mesh)?;
     let command = input.command(&twin)?;

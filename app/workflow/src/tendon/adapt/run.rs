@@ -40,7 +40,7 @@ fn adapt_network(options: &Options, context: &Context) -> anyhow::Result<Outcome
     let outputs = Outputs::reading(inputs.iter().map(|input| &input.path)).and([&options.checkpoint]);
     let folder = paths::report_folder(&options.out, options.figures.as_deref());
     let outputs = outputs.scene(&options.scene, &scene).file("--out", &options.out);
-    let _claim = outputs.report("--figures", Some(&folder)).check(context)?;
+    let _lock = outputs.report("--figures", Some(&folder)).check(context)?;
     let findings = recording_checks::of_inputs(&inputs, &recording_checks::context_of(&twin, Purpose::Fit))?;
     context.listen();
     let bar = context.progress("samples", n_samples(&twin, &motions), 0);

@@ -28,7 +28,7 @@ fn command(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         rate: metres(options.stroke_rate_max_mm_s),
     };
     let outputs = options.way.reads()?.file("--out", &options.out);
-    let _claim = outputs.report("--figures", options.figures.as_deref()).check(context)?;
+    let _lock = outputs.report("--figures", options.figures.as_deref()).check(context)?;
     let recording = options.way.strokes(&given, context)?;
     recording.write(&options.out)?;
     let PathSpan { begins, ends } = PathSpan::of(&recording)?;

@@ -47,7 +47,7 @@ pub fn run_commanded(
     }
     let read = results.iter().flat_map(|(_, inputs)| inputs.iter().map(|input| &input.path));
     let outputs = Outputs::reading(read).target(&options.target)?;
-    let _claim = outputs.report("--out", options.out.as_deref()).check(context)?;
+    let _lock = outputs.report("--out", options.out.as_deref()).check(context)?;
     let all = results.iter().flat_map(|(_, inputs)| inputs);
     let named = all.map(|input| (input.name.as_str(), &input.recording)).collect::<Vec<_>>();
     let findings = recording_checks::of_named(&named, &CheckContext::new(Purpose::Score))?;

@@ -41,7 +41,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let files = inputs::files(&options.recordings)?;
     let outputs = Outputs::reading(&files).scene(&options.scene, &scene).and(&options.fit_file);
     let outputs = outputs.file("--out", &options.out).report("--figures", options.figures.as_deref());
-    let _claim = outputs.check(context)?;
+    let _lock = outputs.check(context)?;
     let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
     let twin = Twin::new(&scene, &mesh)?;
     let findings = recording_checks::of_files(&files, &recording_checks::context_of(&twin, Purpose::Fit))?;

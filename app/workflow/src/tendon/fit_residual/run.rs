@@ -38,7 +38,7 @@ fn train(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let outputs = Outputs::reading(inputs.iter().map(|input| &input.path));
     let figures = paths::report_folder(&options.out, options.figures.as_deref());
     let outputs = outputs.file("--out", &options.out).report("--figures", Some(&figures));
-    let _claim = outputs.check(context)?;
+    let _lock = outputs.check(context)?;
     let findings = recording_checks::of_inputs(&inputs, &CheckContext::new(Purpose::Fit))?;
     let usable: Vec<&Input> = inputs
         .iter()

@@ -35,7 +35,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let files = inputs::read(&options.recordings)?;
     let outputs =
         Outputs::reading(files.iter().map(|input| &input.path)).and(&options.residual).and(&options.servos);
-    let _claim = outputs.scene(&options.scene, &scene).file("--out", &options.out).check(context)?;
+    let _lock = outputs.scene(&options.scene, &scene).file("--out", &options.out).check(context)?;
     let findings = recording_checks::of_inputs(&files, &recording_checks::context_of(&twin, Purpose::Fit))?;
     locking::warn_before_fit(&scene)?;
     let recordings = files

@@ -64,7 +64,7 @@ fn generate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
             None => missing.push(job),
         }
     }
-    let _claim = outputs(options, &scene, &text, &real, &missing)?.check(context)?;
+    let _lock = outputs(options, &scene, &text, &real, &missing)?.check(context)?;
     let n_jobs = rows.len() + missing.len();
     let n_samples = missing.iter().map(|job| job.trajectory.n_samples()).sum::<usize>();
     tracing::info!(

@@ -8,7 +8,7 @@ use hysteron_twin::{Result, Twin};
 /// A tip that is steered along a trajectory, and then home.
 pub struct Steered<'a> {
     trajectory: &'a Trajectory,
-    steering: PathController<'a>,
+    controller: PathController<'a>,
 }
 
 impl<'a> Steered<'a> {
@@ -23,8 +23,8 @@ impl<'a> Steered<'a> {
         limits: StrokeLimits,
     ) -> Result<Self> {
         let limits = FollowLimits { stroke: limits.stroke.max, rate: limits.stroke_rate };
-        let steering = PathController::new(twin, coordinates, limits, trajectory.rate_hz.recip())?;
-        Ok(Self { trajectory, steering })
+        let controller = PathController::new(twin, coordinates, limits, trajectory.rate_hz.recip())?;
+        Ok(Self { trajectory, controller })
     }
 }
 
@@ -35,11 +35,11 @@ impl StrokeSource for Steered<'_> {
 
     fn strokes(&mut self, i: usize, tip: Option<[f64; 3]>, strokes: &mut [f64]) -> bool {
         if i < self.trajectory.n_samples() {
-            self.steering.step(self.trajectory.position_at(self.trajectory.time(i)), tip, strokes);
+            self.controller.step(self.trajectory.position_at(self.trajectory.time(i)), tip, strokes);
             return true;
         }
-        let is_home = self.steering.is_home();
-        self.steering.return_home(strokes);
+        let is_home = self.controller.is_home();
+        self.controller.return_home(strokes);
         !is_home
     }
 }

@@ -50,7 +50,7 @@ fn identify_recordings(options: &Options, context: &Context) -> anyhow::Result<O
     locking::warn_before_fit(&scene)?;
     let (jobs, excluded) = jobs(options, &scene, &twin, (network.as_ref(), inputs), context)?;
     let (there, missing): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(is_done);
-    let _claim = outputs(options, &scene, [&there, &missing]).check(context)?;
+    let _lock = outputs(options, &scene, [&there, &missing]).check(context)?;
     let n_jobs = there.len() + missing.len();
     tracing::info!(
         "{}: {n_jobs} recordings, {} samples, {} auxiliary tendons; {} recordings are there already",

@@ -72,7 +72,7 @@ fn write_new(
             ))
             .into());
     }
-    let _claim = Outputs::default().file(option, path).check(context)?;
+    let _lock = Outputs::default().file(option, path).check(context)?;
     Ok(write(path)?)
 }
 

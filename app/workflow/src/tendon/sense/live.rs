@@ -106,7 +106,7 @@ impl LiveSensing {
         recorder: RigRecorder,
         calibration: &RigCalibration,
         commands: &Recording,
-        pace: SensingMode,
+        mode: SensingMode,
     ) -> anyhow::Result<RigRecorder> {
         let layout = Layout::new(recorder.channels(), calibration)?;
         let strokes: Vec<f64> = commands.strokes().iter().map(|channel| channel[0]).collect();
@@ -126,7 +126,7 @@ impl LiveSensing {
             rows: Some(rows),
             estimates,
             thread: Some(thread),
-            pace,
+            mode,
             stop_on_contact: self.options.stop_on_contact,
             tension_max: self.options.tension_max,
             n_waiting: 0,
@@ -274,7 +274,7 @@ struct Live {
     rows: Option<SyncSender<Row>>,
     estimates: Receiver<Answer>,
     thread: Option<JoinHandle<()>>,
-    pace: SensingMode,
+    mode: SensingMode,
     stop_on_contact: bool,
     tension_max: Option<f64>,
     /// Rows without an estimate yet.
@@ -330,7 +330,7 @@ impl Live {
         if self.n_waiting == 0 || self.failure.is_some() {
             return None;
         }
-        let answer = match self.pace {
+        let answer = match self.mode {
             SensingMode::Blocking => self.estimates.recv().map_err(|_| TryRecvError::Disconnected),
             SensingMode::RealTime => self.estimates.try_recv(),
         };

@@ -42,7 +42,7 @@ fn sense(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let outputs =
         Outputs::reading([&read.path, &options.sensor]).and(&options.residual).scene(&options.scene, &scene);
     let outputs = outputs.file("--out", &options.out).report("--figures", options.figures.as_deref());
-    let _claim = outputs.check(context)?;
+    let _lock = outputs.check(context)?;
     let findings = recording_checks::of_inputs(&files, &recording_checks::context_of(&twin, Purpose::Score))?;
     let input = Input::new(&twin, &read.recording, &read.path.display().to_string())?;
     check_period(&input, &sensor)?;

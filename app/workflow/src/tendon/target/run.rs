@@ -36,7 +36,7 @@ fn sample(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     if let (Some(path), Some(scene)) = (&options.scene, &scene) {
         outputs = outputs.scene(path, scene);
     }
-    let _claim = outputs.check(context)?;
+    let _lock = outputs.check(context)?;
     let reach = match &scene {
         Some(scene) => Some(reach_of(&target, scene, 1e-3 * options.tolerance_mm, context)?),
         None => None,

@@ -37,7 +37,7 @@ fn follow(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let outputs =
         options.way.reads()?.and(Some(&options.rig)).and(&options.calibration).and(&options.baseline);
     let outputs = outputs.report("--out", Some(&options.out));
-    let _claim = outputs.file("--out", &strokes).check(context)?;
+    let _lock = outputs.file("--out", &strokes).check(context)?;
     let commanded = options.way.strokes(&given, context)?;
     write_strokes(&commanded, &strokes, (0..options.repeats).map(repeat))?;
     let mut tips = Vec::new();

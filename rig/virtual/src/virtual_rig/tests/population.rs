@@ -197,9 +197,9 @@ fn pulleys_wind_by_their_true_radius_and_zeros_move_once() {
         assert!(turned.abs() > 0.8 * 3e-3 / robot.servos.pulley_radius, "{k}: {turned}");
     }
     // The next day the tip rests elsewhere, the day after where it was then.
-    let tip_after = |days: &[&str]| {
+    let tip_after = |streams: &[&str]| {
         let mut bench = Bench::new(&robot, 1);
-        days.iter().for_each(|day| bench.world.reseed(1, day));
+        streams.iter().for_each(|day| bench.world.reseed(1, day));
         bench.rest(3.0)
     };
     let [first, second, third] = [&[][..], &["one"], &["one", "two"]].map(tip_after);

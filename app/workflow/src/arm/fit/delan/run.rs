@@ -34,7 +34,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let state = options.out.with_extension("training");
     let unfinished = Unfinished::new(&options.out, vec![state.clone()]);
     let outputs = Outputs::reading(&options.recordings).learned("--out", &options.out);
-    let _claim = outputs.check(context)?;
+    let _lock = outputs.check(context)?;
     if options.variant.is_hamiltonian() {
         let bad = BadInput::new("--variant", "a model of velocities", options.variant.label());
         return Err(bad.hint("recordings have no momenta").into());

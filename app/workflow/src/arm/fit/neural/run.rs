@@ -30,7 +30,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let files = files(&options.recordings, &options.leave_out)?;
     let drive_file = options.drive.as_deref().and_then(arm::file_of);
     let outputs = arm::reads(&options.model).and(&files).and(drive_file).learned("--out", &options.out);
-    let _claim = outputs.check(context)?;
+    let _lock = outputs.check(context)?;
     let model = options.robot_options.model(&options.model, context)?;
     let asked = options.actuator(options.drive.as_deref().map(arm::drive).transpose()?)?;
     context.listen();

@@ -34,7 +34,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 
 fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let method = options.method()?;
-    let _claim = options.results.claim(Outputs::reading(&options.recordings), context)?;
+    let _lock = options.results.lock(Outputs::reading(&options.recordings), context)?;
     let findings = recordings::checked(&options.recordings, None)?;
     let series = options
         .recordings

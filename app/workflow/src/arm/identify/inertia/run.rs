@@ -28,7 +28,7 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let model = &options.motion.model(&options.model, (&options.robot_options, context))?;
     let inputs = arm::reads(&options.model).and(&options.recordings).and(&options.test);
     let inputs = options.robot.iter().fold(inputs, |all, path| all.file("--robot", path));
-    let _claim = options.results.claim(inputs, context)?;
+    let _lock = options.results.lock(inputs, context)?;
     if let Some(path) = &options.robot {
         robot_file::check("--robot", path, Part::Whole)?;
     }

@@ -40,7 +40,7 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     if let Some(path) = &options.drive_out {
         outputs = outputs.file("--drive-out", path);
     }
-    let _claim = options.results.claim(outputs, context)?;
+    let _lock = options.results.lock(outputs, context)?;
     if !(1e-5..=0.02).contains(&options.step) {
         return Err(BadInput::new("--step", "0.00001 to 0.02 s", options.step.to_string()).into());
     }
