@@ -170,7 +170,7 @@ impl Dataset {
         let (validation, training): (Vec<_>, Vec<_>) =
             all.into_iter().partition(|one| held_out.contains(&one.name));
         if training.is_empty() {
-            return Err(BadInput::new("held out", "some recordings left to learn from", "all of them"));
+            return Err(BadInput::new("held out", "some recordings for training", "all of them"));
         }
         Ok(Self { training, validation, step, n_tendons, axes })
     }
@@ -217,7 +217,7 @@ impl Dataset {
 fn check_alike(all: &[Demonstration]) -> Result<(), BadInput> {
     if all.len() < 2 {
         return Err(BadInput::new("recordings", "at least two", all.len().to_string())
-            .hint("the network must stop by a trajectory that it does not learn from"));
+            .hint("early stopping needs a validation trajectory"));
     }
     let first = &all[0];
     for one in all {

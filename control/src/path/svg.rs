@@ -268,5 +268,5 @@ fn parsed<T: FromStr<Err: Display>>(node: &Node, name: &str, text: &str) -> Chec
 
 fn not_svg(node: &Node, name: &str, text: &str, error: &dyn Display) -> BadInput {
     let shown: String = text.chars().take(60).collect();
-    BadInput::new(place(node, name), "what SVG 1.1 allows there", format!("\"{shown}\" ({error})"))
+    BadInput::new(place(node, name), "a value that SVG 1.1 allows", format!("\"{shown}\" ({error})"))
 }

@@ -72,7 +72,7 @@ pub(super) fn plan(typed: schema::PlanFile, hash: String) -> Check<MotionPlan> {
         let key = format!("trajectory[{}].name", i + 1);
         let own = file_name(&key, &typed_one.name)?;
         if !names.insert(own.clone()) {
-            return Err(BadInput::new(key, "a name of its own", format!("\"{own}\" again")));
+            return Err(BadInput::new(key, "a unique name", format!("\"{own}\" again")));
         }
         let mut motion = motion(&own, &typed_one, scale)?;
         vary_by(vary, &mut motion, typed.seed, &own);

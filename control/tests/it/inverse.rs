@@ -301,7 +301,7 @@ fn data_that_do_not_go_together_are_refused() {
     assert!(refusal(&[&twin, &real, &other_twin], &[]).contains("recordings of one robot, t as c"));
     assert!(refusal(&[&real], &[]).contains("at least two"));
     assert!(refusal(&[&real, &twin], &["e"]).contains("of a, c, got e"));
-    assert!(refusal(&[&real, &twin], &["a", "c"]).contains("left to learn from"));
+    assert!(refusal(&[&real, &twin], &["a", "c"]).contains("some recordings for training"));
     let slower = Demonstration { step: 0.1, ..twin.clone() };
     assert!(refusal(&[&real, &slower], &[]).contains("20.0000 Hz, as a, got 10.0000 Hz"));
     let spatial = Demonstration { axes: Axes::Spatial, ..twin.clone() };

@@ -278,7 +278,7 @@ fn values(scene: &Scene, name: &str, requested: &FitParameter, before: &[Selecte
     };
     let value = |component: usize| {
         let start = (quantity.get)(scene, component).ok_or_else(|| {
-            BadInput::new("--fit", "what the scene has", format!("{name:?}"))
+            BadInput::new("--fit", "a quantity of the scene", format!("{name:?}"))
                 .hint("add [friction] to it: points = 4 for friction in the body, sheath_compliance_share = 0.5 before it")
         })?;
         let name = match quantity.of {

@@ -146,7 +146,7 @@ impl NetworkInputs<'_> {
             (0..sequences.len()).partition(|k| held_out.contains(k));
         if training.is_empty() || validation.is_empty() {
             let found = format!("{} and {}", training.len(), validation.len());
-            return Err(BadInput::new("sequences to learn from and to stop by", "some of each", found).into());
+            return Err(BadInput::new("sequences for training and validation", "some of each", found).into());
         }
         let listed = |indices: &[usize]| -> Vec<String> {
             indices.iter().map(|&k| sequences[k].name.clone()).collect()

@@ -158,7 +158,7 @@ pub(super) fn first_of_one_robot<'a>(
 ) -> Result<&'a Sequence, BadInput> {
     let few = |what: &str| BadInput::new(what, "at least one identified recording", "none");
     let first = training.first().ok_or_else(|| few("training"))?;
-    held_out.first().ok_or_else(|| few("held out").hint("early stopping needs trajectories of its own"))?;
+    held_out.first().ok_or_else(|| few("held out").hint("early stopping needs validation trajectories"))?;
     for sequence in training.iter().chain(held_out) {
         let sizes = |s: &Sequence| (s.n_primary, s.auxiliary.len());
         if sizes(sequence) != sizes(first) {

@@ -94,7 +94,7 @@ pub fn measured_over_predicted(joints: &[JointSeries]) -> ScatterChart {
     ScatterChart {
         name: "measured-predicted".into(),
         title: "Measured over predicted torque".into(),
-        caption: "Measured torque over what the fit predicts, sample by sample.".into(),
+        caption: "Measured torque over predicted torque, sample by sample.".into(),
         tiles: joints.iter().map(tile).collect(),
     }
 }

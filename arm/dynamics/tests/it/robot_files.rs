@@ -106,7 +106,7 @@ fn what_is_no_urdf_is_named_once_and_slips_are_refused() {
     assert!(read(&with(silent), &ReadOptions::default()).notes().warnings.is_empty());
     let unknown = read(&with("\n<wings/><wings/><wheel/>"), &ReadOptions::default());
     assert_eq!(unknown.notes().warnings.len(), 2);
-    assert_eq!(unknown.notes().warnings[0], "r.urdf: line 8: <wings> within <robot> is no URDF: ignored");
+    assert_eq!(unknown.notes().warnings[0], "r.urdf: line 8: <wings> within <robot> is not in URDF: ignored");
     for (from, to, named) in [
         (
             "<inertial><origin xyz=\"0 0 0\"/>",

@@ -85,7 +85,7 @@ impl RegressionColumns<'_> {
             if joint.drive.stiffness != 0.0 {
                 let found = format!("stiffness {}", joint.drive.stiffness);
                 return Err(BadInput::new(place, "a joint without spring, where bodies are identified", found)
-                    .hint("remove stiffness and springdamper in a copy of the robot file; the identification has a spring term of its own"));
+                    .hint("remove stiffness and springdamper in a copy of the robot file; the identification has its own spring term"));
             }
             if joint.weightless.mass != 0.0 {
                 let found = format!("{} kg without weight (gravcomp)", joint.weightless.mass);

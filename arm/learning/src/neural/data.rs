@@ -278,7 +278,7 @@ fn check_times(recording: &Recording, period: f64) -> Result<(), BadInput> {
     }
     let uneven = |expected: String, found: f64| {
         BadInput::new("time_s", expected, format!("{:.1} %", 100.0 * found))
-            .hint("jitter this large hides what the actuator does between samples")
+            .hint("jitter this large hides the response of the actuator between samples")
     };
     let late = steps.longer_than(1.5 * period);
     if late > MAX_LATE {

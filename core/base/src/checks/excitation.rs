@@ -55,7 +55,9 @@ fn strokes(recordings: &[(&str, &Recording)]) -> Vec<Warning> {
         let warning = Warning::new(Finding::Tendon, idle.join(", "), finding);
         let widest_idle = (0..n).map(|k| widths[k]).filter(|w| *w < PULLED * widest).fold(0.0, f64::max);
         let warning = warning.measured(1e3 * widest_idle, 1e3 * PULLED * widest, "mm");
-        found.push(warning.hint("what these tendons do is not determined: record motions that pull them"));
+        found.push(
+            warning.hint("the effect of these tendons is not determined: record motions that pull them"),
+        );
     }
     found.extend(together(n, &of, &widths, PULLED * widest));
     let reversals = columns.iter().map(|of| of.iter().enumerate().map(|(k, s)| turns(s, TURNS * widths[k])));
@@ -177,6 +179,6 @@ fn joints(recordings: &[(&str, &Recording)]) -> Option<Warning> {
         );
         Warning::new(Finding::Excitation, still.join(", "), finding)
             .measured(widest, JOINT_MOVES, unit)
-            .hint("what depends on their motion alone is not determined")
+            .hint("parameters of these joints are not determined")
     })
 }

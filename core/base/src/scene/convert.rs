@@ -52,7 +52,7 @@ pub(super) fn scene(typed: schema::SceneFile, folder: &Path) -> Check<Scene> {
         let tendon = tendon(typed, i + 1)?;
         if tendons.iter().any(|earlier| earlier.name == tendon.name) {
             let place = format!("tendon[{}].name", i + 1);
-            return Err(BadInput::new(place, "a name of its own", format!("\"{}\" again", tendon.name)));
+            return Err(BadInput::new(place, "a unique name", format!("\"{}\" again", tendon.name)));
         }
         tendons.push(tendon);
     }
@@ -234,7 +234,7 @@ fn friction(typed: &schema::TendonFrictionTable, tendons: &[Tendon]) -> Check<Fr
         backlash: number("backlash_mm", typed.backlash_mm)?,
     };
     if friction.points == 0 && (friction.coefficient > 0.0 || friction.coulomb > 0.0) {
-        return Err(BadInput::new("friction.points", "places at which the tendons rub", "nothing")
+        return Err(BadInput::new("friction.points", "the number of friction points", "nothing")
             .hint("points = 4 is enough for a circular bend"));
     }
     if friction.sheath_exponent > 0.0 || friction.sheath_coulomb > 0.0 {

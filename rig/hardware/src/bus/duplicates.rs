@@ -79,7 +79,7 @@ impl ServoBus {
             0 => String::new(),
             _ => format!("; no servo {} answers, so it may be that one", silent.join(", ")),
         };
-        let hint = "hint: plug the servos in one by one, and give each an id of its own";
+        let hint = "hint: plug the servos in one by one, and give each a unique id";
         let mut lines = Vec::new();
         for (id, presence) in found {
             match presence {

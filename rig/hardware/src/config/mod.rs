@@ -391,7 +391,7 @@ fn tendons(typed: &[schema::RigTendonTable]) -> Check<Vec<TendonConfig>> {
         let id = count(&key("servo_id"), typed.servo_id, ID_MAX)?;
         let servo_id = u8::try_from(id).unwrap_or(u8::MAX);
         if tendons.iter().any(|earlier| earlier.servo_id == servo_id) {
-            return Err(BadInput::new(key("servo_id"), "a servo of its own", format!("{id} again")));
+            return Err(BadInput::new(key("servo_id"), "a unique servo", format!("{id} again")));
         }
         tendons.push(TendonConfig {
             servo_id,

@@ -169,9 +169,9 @@ impl ArmsConfig {
         }
         let is_auto = |bus: &ServoConfig| bus.port == Path::new("auto");
         if is_auto(&self.leader) || is_auto(&self.follower) || self.leader.port == self.follower.port {
-            let hint = "name both, such as /dev/serial/by-id/…, so that they cannot change places";
+            let hint = "name both, such as /dev/serial/by-id/…, so that they cannot be exchanged";
             let found = self.follower.port.display().to_string();
-            return Err(BadInput::new("follower.port", "a port of its own, named", found).hint(hint));
+            return Err(BadInput::new("follower.port", "a separate port, named", found).hint(hint));
         }
         Ok(())
     }
@@ -234,7 +234,7 @@ fn joints(typed: &[schema::JointTable]) -> Check<Vec<JointConfig>> {
         {
             if joints.iter().any(|earlier| id_of(earlier) == id_of(&joint)) {
                 let found = format!("{} again", id_of(&joint));
-                return Err(BadInput::new(key(&format!("{which}.id")), "a servo of its own", found));
+                return Err(BadInput::new(key(&format!("{which}.id")), "a unique servo", found));
             }
         }
         joints.push(joint);

@@ -198,7 +198,7 @@ fn two_servos_with_one_id_are_distinguished_from_silence_and_damage() {
     touch(&stand, xl430::RETURN_DELAY, 254).unwrap();
     touch(&stand, xl430::ID, 1).unwrap();
     let why = check(&stand);
-    assert!(why.contains("servo 1: two servos") && why.contains("give each an id of its own"), "{why}");
+    assert!(why.contains("servo 1: two servos") && why.contains("give each a unique id"), "{why}");
     // One without power.
     let stand = Stand::new();
     stand.emulator.inject(BusFault::new(0.0, FaultKind::UnplugServo).of_servo(TOUCHED)).unwrap();

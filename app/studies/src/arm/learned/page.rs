@@ -163,7 +163,7 @@ fn decompositions(
             panel("Coriolis", &|d| d.coriolis.clone()),
             panel("gravity", &|d| d.gravity.clone()),
         ];
-        let caption = "Along the first test trajectory; models of the first seed over the wide line of the truth. Panels have scales of their own.";
+        let caption = "Along the first test trajectory; models of the first seed over the true torques (wide line). Each panel has its own scale.";
         let title = format!("Parts of the torque of joint {}", joint + 1);
         TimeChart::over_time(format!("parts-{}", joint + 1), title, caption, &time, panels)
     };
@@ -247,7 +247,7 @@ fn real_charts(k: usize, table: &RecordedTable, series: &TorqueSeries) -> Vec<Ti
         Curve::new(&row.name, c + 1, row.mse.iter().map(|mse| mse.log10()).collect())
     });
     let joints: Vec<f64> = (1..=n).map(|joint| joint as f64).collect();
-    let caption = "Logarithm to base 10 of the mean squared error on the test: the feasible body, what validation prefers, and networks alone.";
+    let caption = "Logarithm to base 10 of the mean squared error on the test: the feasible body, the model chosen in validation, and networks alone.";
     let panel = TimePanel::new("log10 of [N² m²]", curves.collect());
     let mut errors = TimeChart::over_time(
         format!("joints-{k}"),

@@ -150,7 +150,7 @@ fn compensation(joint: &FrictionCell) -> TimeChart {
     ];
     let name = format!("compensation-{}", joint.joint + 1);
     let title = format!("Friction of joint {} compensated (figure 14)", joint.joint + 1);
-    let caption = "Torques of single trials over speed, and what each method leaves of them; through a median of five and a low pass.";
+    let caption = "Torques of single trials over speed, and the residual of each method; after a median of five and a low pass.";
     let mut chart = TimeChart::over_time(name, title, caption, &speeds, panels);
     chart.x_name = "speed [rad/s]";
     chart

@@ -51,7 +51,7 @@ pub(super) fn selected(options: &Options) -> Result<Vec<Planned>, BadInput> {
         .collect();
     if chosen.is_empty() {
         return Err(BadInput::new("--subsets, --tasks, --splits, --payloads-g", "a trajectory", "none")
-            .hint("no trajectory is in all that is asked for"));
+            .hint("no trajectory satisfies all of these options"));
     }
     Ok(chosen)
 }

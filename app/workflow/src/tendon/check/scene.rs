@@ -73,7 +73,7 @@ fn print_friction(twin: &Twin, context: &Context) {
         });
         let parts: String = sheath.chain(body).collect();
         if !parts.is_empty() {
-            context.print(format_args!("{} rubs {}", tendon.name, parts.trim_end_matches("; ")));
+            context.print(format_args!("{} has friction {}", tendon.name, parts.trim_end_matches("; ")));
         }
     }
 }

@@ -175,7 +175,7 @@ fn held_out(options: &Options, usable: &[&Input], member: usize) -> Result<Vec<u
     if names.len() < 2 {
         let found = format!("{} for training", names.len());
         return Err(BadInput::new("recordings", "at least two", found)
-            .hint("the network must stop by a trajectory that it does not learn from"));
+            .hint("early stopping needs a validation trajectory"));
     }
     if let Some(unknown) = options.held_out.iter().find(|name| !names.contains(&name.as_str())) {
         return Err(BadInput::new("--held-out", format!("of {}", names.join(", ")), unknown.clone()));

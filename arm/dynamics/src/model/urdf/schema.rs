@@ -140,7 +140,7 @@ impl UnknownParts {
     fn ignored(&mut self, element: &Element, within: &'static str, what: &str) {
         if self.seen.len() < MAX_SENTENCES && self.seen.insert((within, what.to_owned())) {
             self.sentences
-                .push(format!("{}: line {}: {what} is no URDF: ignored", element.file, element.line));
+                .push(format!("{}: line {}: {what} is not in URDF: ignored", element.file, element.line));
         }
     }
 }
