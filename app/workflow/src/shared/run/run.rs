@@ -8,7 +8,7 @@ use hysteron_base::{BadInput, Metadata, Recording, Scene, file};
 use hysteron_control::score::score;
 use hysteron_fem::{Mesh, MeshQuality};
 use hysteron_report::folder::ReportFolder;
-use hysteron_twin::{LockedMove, Twin, TwinState};
+use hysteron_twin::{LockedMove, LockingEstimator, RunLocking, Twin, TwinState};
 
 use super::command::Command;
 use super::input::{RunInput, Task};
@@ -22,12 +22,11 @@ use super::series::{self, Series};
 use super::summary::RunSummary;
 use super::trace::Trace;
 use crate::Context;
-use crate::shared::locking::{Estimator, RunLocking, tip_distance};
-use crate::shared::memory;
 use crate::shared::network::Network;
 use crate::shared::outputs::Outputs;
 use crate::shared::plan::angles_of;
 use crate::shared::shapes::TipShapes;
+use crate::shared::{locking, memory};
 
 /// Makes a run through the recording at `path`, with the residual network of a checkpoint if there is one.
 ///
@@ -158,11 +157,15 @@ fn predict_locking(
     command: &Command,
 ) -> anyhow::Result<Option<LockedMove>> {
     quality.warnings().iter().for_each(|warning| tracing::warn!("{warning}"));
-    let estimator = Estimator::new(scene, mesh)?;
+    let estimator = LockingEstimator::new(scene, mesh)?;
     Ok(match task {
-        Task::Simulate => estimator.foresee(command.time.len(), |row| command.targets(row)),
+        Task::Simulate => {
+            let farthest = estimator.farthest(command.time.len(), |row| command.targets(row));
+            farthest.iter().for_each(locking::warn_of_recording);
+            farthest
+        }
         Task::Reach(_) => {
-            estimator.warn();
+            locking::warn(&estimator);
             None
         }
     })
@@ -191,8 +194,8 @@ fn sum_up(
 ) {
     summary.finish(twin, recording, command.goals.as_ref());
     summary.locking = predicted.map(|predicted| {
-        let moved = RunLocking::new(predicted, tip_distance(twin, farthest));
-        moved.warn();
+        let moved = RunLocking::new(predicted, twin, farthest);
+        locking::warn_of_run(&moved);
         moved
     });
     let tips = input.measured().zip(recording.tip());

@@ -2,12 +2,11 @@
 
 use hysteron_base::Recording;
 use hysteron_control::score::{AxisScore, PathScore};
-use hysteron_twin::{StepReport, Twin};
+use hysteron_twin::{RunLocking, StepReport, Twin};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::goals::Goals;
-use crate::shared::locking::RunLocking;
 
 /// Numbers of a run; written as they are into `metrics.json`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]

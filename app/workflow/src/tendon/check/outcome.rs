@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use hysteron_base::checks::Warning;
+use hysteron_twin::LockingEstimate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::shared::locking::LockingEstimate;
 use crate::shared::outcome;
 use crate::tendon::mesh::MeshSummary;
 

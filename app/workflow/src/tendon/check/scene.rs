@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use hysteron_base::{PrescribedQuantity, Scene};
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
-use hysteron_twin::Twin;
+use hysteron_twin::{LockingEstimator, Twin};
 
 use super::outcome::SceneSummary;
 use crate::Context;
-use crate::shared::locking::Estimator;
+use crate::shared::locking;
 use crate::shared::recording_checks::body_length;
 use crate::tendon::mesh::{MeshSummary, print_quality};
 
@@ -37,8 +37,8 @@ pub(super) fn check(path: &Path, context: &Context) -> anyhow::Result<(SceneSumm
     context.print("");
     let factor = print_equations(&twin, context)?;
     quality.warnings().iter().for_each(|warning| tracing::warn!("{warning}"));
-    let estimator = Estimator::new(&scene, &body)?;
-    estimator.warn();
+    let estimator = LockingEstimator::new(&scene, &body)?;
+    locking::warn(&estimator);
     let outcome = SceneSummary {
         robot: scene.name.clone(),
         scene_sha256: scene.hash.clone(),
