@@ -11,7 +11,7 @@ use hysteron_bench::{emulated, growth};
 ///
 /// Without a verb: measures every performance target and writes FOLDER/targets.json. Studies are `hysteron study NAME`.
 #[derive(Debug, Parser)]
-struct Program {
+struct BenchProgram {
     #[command(subcommand)]
     verb: Option<Verb>,
     /// Less effort: figures that show that it works
@@ -31,7 +31,7 @@ enum Verb {
 }
 
 fn main() -> Result<()> {
-    let Program { verb, quick, out } = Program::parse();
+    let BenchProgram { verb, quick, out } = BenchProgram::parse();
     let folder = |name: &str| out.clone().unwrap_or_else(|| PathBuf::from("out")).join(name);
     match verb {
         Some(Verb::Growth) => growth::run(&folder("growth"), quick),

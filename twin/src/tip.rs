@@ -17,14 +17,6 @@ pub struct TipResponse {
     pub per_force: [[f64; 3]; 3],
 }
 
-impl TipResponse {
-    /// Response of the tension of each primary tendon to a force on the tip, ∂T/∂F (n_primary × 3) [-]: by
-    /// Betti's theorem -(∂y/∂s)ᵀ.
-    pub fn tensions_per_force(&self) -> Vec<[f64; 3]> {
-        (0..self.per_stroke[0].len()).map(|j| [0, 1, 2].map(|c| -self.per_stroke[c][j])).collect()
-    }
-}
-
 impl Twin {
     /// Position of the tip, in the frame in which it is recorded [m].
     pub fn tip_of(&self, state: &TwinState) -> [f64; 3] {

@@ -33,11 +33,11 @@ struct Earlier {
 #[derive(Deserialize)]
 struct Identified {
     servo: usize,
-    estimates: Vec<Row>,
+    estimates: Vec<EstimateRow>,
 }
 
 #[derive(Deserialize)]
-struct Row {
+struct EstimateRow {
     name: String,
     value: Option<f64>,
     standard_error: Option<f64>,

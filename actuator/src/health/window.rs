@@ -23,7 +23,7 @@ const SLOWEST: f64 = 0.03;
 
 /// A part of a recording.
 #[derive(Debug, Clone, Copy)]
-struct Part<'a> {
+struct RecordingPart<'a> {
     recording: &'a Recording,
     from: usize,
     until: usize,
@@ -81,13 +81,13 @@ impl<'a> Source<'a> {
     /// All windows.
     pub fn windows(&self) -> Vec<Window> {
         let length = (LENGTH / self.period).round().max(1.0) as usize;
-        let (mut windows, mut parts): (Vec<Window>, Vec<Part<'a>>) = (Vec::new(), Vec::new());
+        let (mut windows, mut parts): (Vec<Window>, Vec<RecordingPart<'a>>) = (Vec::new(), Vec::new());
         let (mut rows, mut done) = (0, 0);
         for recording in &self.recordings {
             let mut from = 0;
             while from < recording.n_samples() {
                 let until = recording.n_samples().min(from + length - rows);
-                parts.push(Part { recording, from, until });
+                parts.push(RecordingPart { recording, from, until });
                 rows += until - from;
                 from = until;
                 if rows == length {
@@ -103,7 +103,7 @@ impl<'a> Source<'a> {
         windows
     }
 
-    fn window(&self, parts: &[Part<'a>], done: usize) -> Window {
+    fn window(&self, parts: &[RecordingPart<'a>], done: usize) -> Window {
         let n = self.n_servos();
         let rows: usize = parts.iter().map(|part| part.until - part.from).sum();
         let mut servos = vec![Numbers::default(); n];
@@ -133,10 +133,11 @@ impl<'a> Source<'a> {
     }
 
     /// `None` where the motion does not determine it.
-    fn friction(&self, parts: &[Part], k: usize) -> Option<SlackFriction> {
+    fn friction(&self, parts: &[RecordingPart], k: usize) -> Option<SlackFriction> {
         let sign = self.per_tick[k]?.signum();
         let series = |stem: &str, factor: f64| -> Vec<Vec<f64>> {
-            let of = |part: &Part| part.recording.numbered(stem, "")[k][part.from..part.until].to_vec();
+            let of =
+                |part: &RecordingPart| part.recording.numbered(stem, "")[k][part.from..part.until].to_vec();
             let scaled = |values: Vec<f64>| values.into_iter().map(|x| factor * x).collect();
             parts.iter().map(of).map(scaled).collect()
         };
@@ -152,8 +153,8 @@ impl<'a> Source<'a> {
     }
 
     /// Lost motion of every servo [mm]; `None` without a tip, for too few shapes, or where a servo rested.
-    fn lost_motion(&self, parts: &[Part<'a>]) -> Option<Vec<Estimate>> {
-        let family = |part: &Part<'a>| part.recording.meta().extra.get("plan.family");
+    fn lost_motion(&self, parts: &[RecordingPart<'a>]) -> Option<Vec<Estimate>> {
+        let family = |part: &RecordingPart<'a>| part.recording.meta().extra.get("plan.family");
         if parts.iter().filter_map(family).collect::<BTreeSet<_>>().len() < FAMILIES {
             return None;
         }
@@ -183,7 +184,7 @@ struct Stats {
 }
 
 /// Temperatures of all servos that were read within a part of a recording.
-fn temperatures(part: &Part) -> Vec<Vec<f64>> {
+fn temperatures(part: &RecordingPart) -> Vec<Vec<f64>> {
     let n = part.recording.numbered("tick_present", "").len();
     let text = part.recording.meta().extra.get("run.stats");
     let stats: Option<Stats> = text.and_then(|text| json::from_text(text).ok());

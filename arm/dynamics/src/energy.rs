@@ -32,14 +32,6 @@ pub fn potential_energy<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T]) -
     })
 }
 
-/// Centre of mass [m] of all that moves.
-#[inline(always)]
-pub fn centre_of_mass<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T]) -> Vec3<T> {
-    let (mass, first) = first_moment(model, data, q);
-    let per_mass = mass.recip();
-    first.map(|h| h * per_mass)
-}
-
 /// Angular (about the base's origin) and linear momentum of the bodies, without their rotors [N m s, N s].
 #[inline(always)]
 pub fn momentum<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], dq: &[T]) -> Wrench<T> {

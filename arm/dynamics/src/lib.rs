@@ -56,7 +56,7 @@ pub use coriolis::coriolis_matrix;
 pub use crba::mass_matrix;
 pub use data::Data;
 pub use derivatives::{forward_dynamics_derivatives, inverse_dynamics_derivatives};
-pub use energy::{centre_of_mass, kinetic_energy, momentum, potential_energy};
+pub use energy::{kinetic_energy, momentum, potential_energy};
 pub use external::ExternalForce;
 pub use friction_step::EndStops;
 pub use kinematics::{

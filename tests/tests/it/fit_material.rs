@@ -76,6 +76,22 @@ fn recording_of_another_kind_is_one_clear_error() {
     assert!(!place.path().join("new.toml").exists());
 }
 
+/// A mesh that cannot be read is found before a twin is built; the recordings are read even before.
+#[test]
+fn recordings_are_read_before_the_mesh() {
+    let place = recorded();
+    let mesh = Scene::read(place.path().join("scene.toml")).unwrap().mesh_path;
+    let name = mesh.file_name().unwrap().to_str().unwrap().to_owned();
+    let refused = |more: &[&str]| {
+        place.run(&[&FIT[..], &["new.toml", "--fit", "zero"], more].concat()).error(2).to_owned()
+    };
+    std::fs::write(&mesh, "no mesh").unwrap();
+    assert!(refused(&[]).contains(&name));
+    assert!(refused(&["--role", "training"]).contains("--role"));
+    place.write("rec.csv", "time_s,stroke_1_mm\n0,0\n0,1\n");
+    assert!(refused(&[]).contains("rec.csv"));
+}
+
 #[test]
 fn a_folder_stands_for_the_recordings_in_it() {
     let place = recorded();

@@ -32,7 +32,9 @@ fn a_force_moves_the_tip_and_changes_tensions_by_the_response() {
     let mut stepper = Stepper::new(&twin);
     stepper.step(&twin, &bent).expect("an equilibrium");
     let response = stepper.tip_response(&twin, FrictionPoints::Slipping).expect("a stiffness");
-    let tensions = response.tensions_per_force();
+    // By Betti's theorem, -(∂y/∂s)ᵀ: the response of each tension to a force on the tip.
+    let by_force = |j: usize| [0, 1, 2].map(|c| -response.per_stroke[c][j]);
+    let tensions: Vec<[f64; 3]> = (0..response.per_stroke[0].len()).map(by_force).collect();
     let size = |values: &[f64]| values.iter().fold(0.0f64, |size, value| size.max(value.abs()));
     let (yields, pulls) = (size(response.per_force.as_flattened()), size(tensions.as_flattened()));
     assert!(yields > 1e-4 && pulls > 0.1, "a robot that feels nothing: {yields} m/N, {pulls}");

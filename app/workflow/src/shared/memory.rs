@@ -44,3 +44,21 @@ pub fn check_result(place: &Path, n_rows: usize, n_columns: usize) -> Result<(),
     let bytes = BYTES_OF_RESULT * n_rows as f64 * n_columns as f64;
     check_memory(&place.display().to_string(), bytes, SHORTER)
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test may stop where it stands
+    use super::*;
+
+    #[test]
+    fn a_result_counts_with_all_its_rows_and_columns() {
+        let free = hysteron_base::size::free_memory() as f64;
+        let n_columns = 16;
+        let n_rows = |share: f64| (share * free / BYTES_OF_RESULT / n_columns as f64) as usize;
+        // Eight tenths of the memory may be asked for; what is free varies meanwhile.
+        check_result(Path::new("out"), n_rows(0.1), n_columns).unwrap();
+        let error = check_result(Path::new("out"), n_rows(8.0), n_columns).unwrap_err();
+        assert_eq!(error.place, "out");
+        assert!(error.hint.contains("split the recording"), "{error:?}");
+    }
+}

@@ -35,8 +35,20 @@ pub(crate) fn of_inputs(inputs: &[Input], checks: &CheckContext) -> anyhow::Resu
 /// As [`of_inputs`], and those of reading.
 pub(crate) fn of_files(paths: &[PathBuf], checks: &CheckContext) -> anyhow::Result<Findings> {
     let recordings = paths.iter().map(Recording::read).collect::<Result<Vec<_>, _>>()?;
+    of_recordings(paths, &recordings, checks)
+}
+
+/// Checks the recordings of these files.
+///
+/// # Errors
+/// As [`of_inputs`].
+pub(crate) fn of_recordings(
+    paths: &[PathBuf],
+    recordings: &[Recording],
+    checks: &CheckContext,
+) -> anyhow::Result<Findings> {
     let names: Vec<String> = paths.iter().map(|path| name_of(path)).collect();
-    let named = names.iter().map(String::as_str).zip(&recordings).collect::<Vec<_>>();
+    let named = names.iter().map(String::as_str).zip(recordings).collect::<Vec<_>>();
     of_named(&named, checks)
 }
 

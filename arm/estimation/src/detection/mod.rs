@@ -10,4 +10,4 @@ mod thresholds;
 
 pub use assess::{Assessment, Truth, assess, logarithmic, roc};
 pub use statistics::{Band, Cusum, Test};
-pub use thresholds::{Alarm, FreeMotion, noise_threshold};
+pub use thresholds::{Alarm, FreeMotion};

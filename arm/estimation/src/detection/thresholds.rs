@@ -1,16 +1,5 @@
 //! Detection thresholds for external torques, from torque noise and from contact-free motion.
 
-/// Threshold of a momentum observer's residual against torque noise: 3 σ √((1 − α)/(1 + α)) + margin with α = 1/(1 + K T) [N m].
-///
-/// `deviation` σ of the torque noise [N m], `gain` K [1/s], `period` T [s].
-///
-/// # Reference
-/// Wan et al. (2026), eqs. 26 and 27: 3 (1 − α)/√(1 − α²) is the same.
-pub fn noise_threshold(deviation: f64, gain: f64, period: f64, margin: f64) -> f64 {
-    let alpha = 1.0 / (1.0 + gain * period);
-    3.0 * deviation * ((1.0 - alpha) / (1.0 + alpha)).sqrt() + margin
-}
-
 /// External torques of an arm without contact, joint by joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeMotion {

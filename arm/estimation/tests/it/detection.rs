@@ -4,23 +4,6 @@ use hysteron_arm_estimation::detection::*;
 use rand::RngExt;
 
 #[test]
-fn noise_threshold_is_three_deviations_of_the_filtered_noise() {
-    // 0.728 σ and 0.570 σ at K = 50 and 30 1/s, T = 2.5 ms: arms of Wan et al.
-    assert!((noise_threshold(1.0, 50.0, 2.5e-3, 0.0) - 0.728).abs() < 5e-4);
-    assert!((noise_threshold(1.0, 30.0, 2.5e-3, 0.1) - 0.670).abs() < 1e-3);
-    let (alpha, mut r, mut sum) = (1.0 / (1.0 + 50.0 * 2.5e-3), 0.0, 0.0);
-    let mut random = hysteron_base::rng(1, "noise");
-    let n = 400_000;
-    for _ in 0..n {
-        r = alpha * r + (1.0 - alpha) * hysteron_base::normal(&mut random);
-        sum += r * r;
-    }
-    let deviation = (sum / f64::from(n)).sqrt();
-    // Correlated over 1/(1 − α) samples: some 2 % of the variance.
-    assert!((3.0 * deviation / noise_threshold(1.0, 50.0, 2.5e-3, 0.0) - 1.0).abs() < 0.03, "{deviation}");
-}
-
-#[test]
 fn cumulated_sum_finds_a_shift_after_the_time_that_its_size_implies() {
     let free = FreeMotion { mean: vec![0.5], deviation: vec![0.2], largest: vec![1.0] };
     for sign in [1.0, -1.0] {

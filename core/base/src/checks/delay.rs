@@ -98,7 +98,7 @@ pub fn estimate(series: &MeasuredSeries) -> Option<Delay> {
         };
         series.strokes.iter().map(changes).collect()
     };
-    let explained = |lag: isize| Regression::of(&inputs(lag), &tips).explained / total;
+    let explained = |lag: isize| DelayRegression::of(&inputs(lag), &tips).explained / total;
     let behind = (after / lag_step) as isize;
     let ahead = (before / lag_step) as isize;
     let tried: Vec<(isize, f64)> =
@@ -119,7 +119,7 @@ pub fn estimate(series: &MeasuredSeries) -> Option<Delay> {
 /// Squared error of the tip predicted from late strokes, over that of a tip that rests, in the rows where late and present strokes predict
 /// motions that differ by as much as motions at right angles; infinite where the tip rests, 0 without such rows.
 fn error_after_turns(late: &[Vec<f64>], present: &[Vec<f64>], tips: &[Vec<f64>]) -> f64 {
-    let fitted = Regression::of(late, tips);
+    let fitted = DelayRegression::of(late, tips);
     let (mut error, mut rest) = (0.0, 0.0);
     for i in 0..tips[0].len() {
         let (mut squares, mut apart, mut missed, mut moved) = (0.0, 0.0, 0.0, 0.0);
@@ -139,14 +139,14 @@ fn error_after_turns(late: &[Vec<f64>], present: &[Vec<f64>], tips: &[Vec<f64>])
 }
 
 /// Linear combinations of strokes' changes that explain those of the tip, one for each of its axes.
-struct Regression {
+struct DelayRegression {
     /// Weight of each stroke, for each axis (axes, m).
     weights: Vec<Vec<f64>>,
     /// Sum of the squares that they explain.
     explained: f64,
 }
 
-impl Regression {
+impl DelayRegression {
     /// By Cholesky's factor of the normal equations; a stroke that others explain counts once.
     fn of(inputs: &[Vec<f64>], outputs: &[Vec<f64>]) -> Self {
         let m = inputs.len();

@@ -6,8 +6,8 @@
 
 use super::names::ColumnKind;
 use super::{
-    Channel, Check, MAX_NUMBERS, Metadata, Recording, check_room, check_size, metadata, names, not_finite,
-    not_later,
+    Channel, Check, ColumnMemory, MAX_NUMBERS, Metadata, Recording, check_room, check_size, metadata, names,
+    not_finite, not_later,
 };
 use crate::units::Unit;
 use crate::{BadInput, json};
@@ -69,7 +69,7 @@ fn parse(text: &str) -> Check<Recording> {
     // No more rows than lines; room for them all is there before the first.
     let n_lines = body.bytes().filter(|b| *b == b'\n').count();
     let most = n_lines.min(MAX_NUMBERS as usize / columns.len().max(1));
-    check_room(columns.len(), most as u64)?;
+    check_room(columns.len(), most as u64, ColumnMemory::Reserved)?;
     let mut time: Vec<f64> = Vec::with_capacity(most);
     channels.iter_mut().for_each(|channel| channel.values.reserve_exact(most));
     let mut gap = Vec::new();

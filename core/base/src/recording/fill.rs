@@ -2,7 +2,7 @@
 //!
 //! Orientations are interpolated along the shorter way and brought back to unit length.
 
-use super::{Channel, Check, Metadata, Recording, check_room};
+use super::{Channel, Check, ColumnMemory, Metadata, Recording, check_room};
 use crate::BadInput;
 
 const ORIENTATION: [&str; 4] = ["tip_qw", "tip_qx", "tip_qy", "tip_qz"];
@@ -96,7 +96,8 @@ impl Recording {
         steps.sort_by(f64::total_cmp);
         let step = steps.get(steps.len() / 2).map_or(0.0, |median| median.max(1.0 / rate_hz));
         let n_new = (span * (1.0 + 1e-12) + 1e-9) as usize + 1; // the last one despite rounding
-        check_room(self.channels.len() + 2, n_new as u64).map_err(|bad| bad.within("rate"))?;
+        check_room(self.channels.len() + 2, n_new as u64, ColumnMemory::Reserved)
+            .map_err(|bad| bad.within("rate"))?;
         let new_time: Vec<f64> = (0..n_new).map(|k| time[0] + k as f64 / rate_hz).collect();
         let groups = groups(&self.channels);
         let mut channels: Vec<Channel> =

@@ -7,7 +7,7 @@
 //! A value that was missing is NaN in the file, and only there: reading fills it in and marks the row as a gap.
 
 use super::crc::crc32;
-use super::{Channel, Check, Metadata, Recording, check_room, fill};
+use super::{Channel, Check, ColumnMemory, Metadata, Recording, check_room, fill};
 use crate::{BadInput, Error, Result, file};
 use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
@@ -341,7 +341,7 @@ fn parse(bytes: &[u8]) -> Check<Journal> {
 
     let n = header.channels.len();
     // A row has its time and its numbers.
-    check_room(n + 1, (rest.len() / (8 * (n + 1))) as u64)?;
+    check_room(n + 1, (rest.len() / (8 * (n + 1))) as u64, ColumnMemory::Grown)?;
     let mut time: Vec<f64> = Vec::new();
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); n];
     let mut notes = Vec::new();

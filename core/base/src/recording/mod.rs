@@ -268,10 +268,30 @@ pub(crate) fn check_size(columns: usize, rows: u64) -> Check<()> {
     Ok(())
 }
 
-/// The same, and more than the memory has room for; columns that grow as they are read have up to twice their length.
-pub(crate) fn check_room(columns: usize, rows: u64) -> Check<()> {
+/// How the columns of a reader get their memory.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum ColumnMemory {
+    /// Reserved once, for all rows.
+    Reserved,
+    /// Grown as rows are read, to twice their length at most.
+    Grown,
+}
+
+impl ColumnMemory {
+    /// Memory of so many numbers [byte].
+    fn n_bytes(self, columns: usize, rows: u64) -> f64 {
+        let per_number = match self {
+            Self::Reserved => 8.0,
+            Self::Grown => 16.0,
+        };
+        per_number * rows as f64 * columns as f64
+    }
+}
+
+/// As [`check_size`], and refuses more than the memory has room for.
+pub(crate) fn check_room(columns: usize, rows: u64, memory: ColumnMemory) -> Check<()> {
     check_size(columns, rows)?;
-    check_memory("rows", 16.0 * rows as f64 * columns as f64, "split the recording, or resample it")
+    check_memory("rows", memory.n_bytes(columns, rows), "split the recording, or resample it")
 }
 
 /// Kind of a file of recordings.

@@ -8,7 +8,9 @@ use super::arrow_schema::Durations;
 use super::names::ColumnKind;
 use super::parquet_column::{self, ColumnValues};
 use super::parquet_damage::damaged;
-use super::{Check, FORMAT, Metadata, Recording, check_room, metadata, names, not_finite, pages};
+use super::{
+    Check, ColumnMemory, FORMAT, Metadata, Recording, check_room, metadata, names, not_finite, pages,
+};
 use crate::BadInput;
 use crate::units::Unit;
 use ::parquet::basic::{Compression, Repetition, Type as PhysicalType};
@@ -66,7 +68,7 @@ pub(super) fn read(source: File) -> Check<Recording> {
     let reader = opened(source)?;
     let meta = provenance(&reader)?;
     let schema = reader.metadata().file_metadata().schema_descr();
-    check_room(schema.num_columns(), most_rows(&reader))?;
+    check_room(schema.num_columns(), most_rows(&reader), ColumnMemory::Grown)?;
     let table: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
     let (columns, mut channels) = names::columns(&table.iter().map(String::as_str).collect::<Vec<_>>())
         .map_err(|bad| if bad.place.is_empty() { bad.within("columns") } else { bad })?;

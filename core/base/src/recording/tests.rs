@@ -330,3 +330,12 @@ fn other_extensions_and_missing_files_are_bad_input() {
     assert_eq!(bad(Recording::read("nowhere.csv")).found, "nothing there");
     assert_eq!(bad(Recording::read("nowhere.parquet")).found, "nothing there");
 }
+
+#[test]
+fn columns_that_grow_are_counted_twice() {
+    for rows in [1, 1_000_000] {
+        let [reserved, grown] = [ColumnMemory::Reserved, ColumnMemory::Grown].map(|it| it.n_bytes(9, rows));
+        assert_eq!(reserved, (9 * rows) as f64 * size_of::<f64>() as f64);
+        assert_eq!(grown, 2.0 * reserved);
+    }
+}

@@ -8,7 +8,7 @@
 
 use super::{Column, Table};
 use crate::BadInput;
-use crate::recording::{check_room, check_size};
+use crate::recording::{ColumnMemory, check_room, check_size};
 use crate::size::check_memory;
 use std::collections::BTreeMap;
 
@@ -107,7 +107,7 @@ fn structured(bytes: &[u8]) -> Check<Option<Vec<Column>>> {
     if width == 0 {
         return Ok(None);
     }
-    check_room(columns.len(), (data.len() / width) as u64)?;
+    check_room(columns.len(), (data.len() / width) as u64, ColumnMemory::Reserved)?;
     let column = |(name, kind, at): (String, NumberType, usize)| {
         let values = data.chunks_exact(width).map(|record| kind.value(&record[at..at + kind.size])).collect();
         Column { name, values }
@@ -216,7 +216,9 @@ fn array(bytes: &[u8]) -> Check<Option<NpyArray>> {
     let n =
         n_rows.checked_mul(n_columns).filter(|n| *n <= MAX_BYTES).ok_or_else(|| bad("a shape too large"))?;
     let data = slice(data, 0, n.saturating_mul(kind.size))?;
-    check_room(n_columns, n_rows as u64)?;
+    // The numbers of a Fortran array are there twice while they are brought into the order of rows.
+    let memory = if is_fortran && has_columns { ColumnMemory::Grown } else { ColumnMemory::Reserved };
+    check_room(n_columns, n_rows as u64, memory)?;
     let mut values: Vec<f64> = data.chunks_exact(kind.size).map(|cell| kind.value(cell)).collect();
     if is_fortran && has_columns {
         let index = |k: usize| values[(k % n_columns) * n_rows + k / n_columns];

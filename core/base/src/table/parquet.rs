@@ -3,9 +3,9 @@
 
 use super::{Column, Table};
 use crate::BadInput;
-use crate::recording::check_room;
 use crate::recording::parquet::{durations, most_rows, opened};
 use crate::recording::parquet_column::{self, ColumnValues, MAX_LIST};
+use crate::recording::{ColumnMemory, check_room};
 use ::parquet::file::reader::FileReader;
 use std::fs::File;
 
@@ -14,7 +14,7 @@ type Check<T> = std::result::Result<T, BadInput>;
 pub(super) fn read(source: File) -> Check<Table> {
     let reader = opened(source)?;
     let schema = reader.metadata().file_metadata().schema_descr();
-    check_room(schema.num_columns(), most_rows(&reader))?;
+    check_room(schema.num_columns(), most_rows(&reader), ColumnMemory::Grown)?;
     let durations = durations(&reader);
     let mut table = Table::default();
     for i in 0..schema.num_columns() {

@@ -5,7 +5,7 @@
 
 use super::cells::{Decimal, TextColumn, number, shortened};
 use super::{Column, Table, stamps};
-use crate::recording::{MAX_NUMBERS, check_room, check_size};
+use crate::recording::{ColumnMemory, MAX_NUMBERS, check_room, check_size};
 use crate::{BadInput, size};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -253,7 +253,7 @@ pub(super) fn read(text: &str, format: &TextFormat) -> Check<Table> {
     // A column more, of the numbers of the lines.
     let n_columns = head.names.len() + 1;
     let most = text.lines().count().min(MAX_NUMBERS as usize / n_columns);
-    check_room(n_columns, most as u64)?;
+    check_room(n_columns, most as u64, ColumnMemory::Grown)?;
     let mut table = Table { is_text: true, ..Table::default() };
     let mut columns: Vec<TextColumn> = head.names.iter().map(|_| TextColumn::default()).collect();
     for (at, line) in lines(text).filter(is_content).skip(head.n_lines) {

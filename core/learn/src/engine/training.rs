@@ -79,11 +79,6 @@ impl<M: TrainableModel> Training<M> {
         &self.model
     }
 
-    /// The model as the optimiser has it, without what only training needs.
-    pub fn into_model(self) -> M {
-        self.model
-    }
-
     /// The model that is evaluated: the moving average where there is one.
     pub fn evaluated(&self) -> &M {
         self.average.as_ref().unwrap_or(&self.model)

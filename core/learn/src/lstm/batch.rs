@@ -75,15 +75,4 @@ impl Memory {
         let zeros = vec![vec![0.0; rows * architecture.hidden]; architecture.layers];
         Self { rows, hidden: architecture.hidden, h: zeros.clone(), c: zeros }
     }
-
-    /// Resets the memory of one row to zero.
-    ///
-    /// # Panics
-    /// If there is no such row.
-    pub fn clear_row(&mut self, row: usize) {
-        let range = row * self.hidden..(row + 1) * self.hidden;
-        for state in self.h.iter_mut().chain(&mut self.c) {
-            state[range.clone()].fill(0.0);
-        }
-    }
 }

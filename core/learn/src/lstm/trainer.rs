@@ -47,11 +47,6 @@ impl Trainer {
         self.training.model()
     }
 
-    /// The network, without what only training needs.
-    pub fn into_network(self) -> Network {
-        self.training.into_model()
-    }
-
     /// See [`Training::set_learning_rate`].
     pub fn set_learning_rate(&mut self, learning_rate: f64) {
         self.training.set_learning_rate(learning_rate);

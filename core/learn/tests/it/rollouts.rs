@@ -82,22 +82,6 @@ fn a_sequence_may_be_cut_anywhere() {
 }
 
 #[test]
-fn a_cleared_row_is_reset() {
-    let architecture = architecture(8, 2, 0.0);
-    let trainer = Trainer::new(Network::new(&architecture, 3).unwrap(), Adam::default(), 0).unwrap();
-    let inputs = uniform("inputs", 4 * 2 * 3);
-    let batch = SequenceBatch { inputs: &inputs, steps: 4, rows: 2, outputs: HeadOutputs::All };
-    let mut memory = Memory::zeros(&architecture, 2);
-    let first = trainer.predict(&batch, &mut memory).unwrap();
-    memory.clear_row(1);
-    let second = trainer.predict(&batch, &mut memory).unwrap();
-    for (step, (first, second)) in first.chunks(4).zip(second.chunks(4)).enumerate() {
-        assert_ne!(first[..2], second[..2], "row 0 remembers at step {step}");
-        assert_eq!(first[2..], second[2..], "row 1 does not at step {step}");
-    }
-}
-
-#[test]
 fn joined_networks_give_the_mean_of_their_outputs() {
     let architecture = Architecture { head: HeadActivation::Linear, ..architecture(11, 2, 0.0) };
     let members: Vec<Network> = (0..3).map(|seed| Network::new(&architecture, seed).unwrap()).collect();

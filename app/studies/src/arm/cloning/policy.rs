@@ -108,7 +108,7 @@ impl<'m> Senses<'m> {
 }
 
 /// One reading of a demonstration, and the expert's action at it.
-pub(super) struct Step {
+pub(super) struct PolicyStep {
     pub reading: Reading,
     pub planned: [f64; N_SERVOS],
     pub force: [f64; 3],
@@ -196,7 +196,7 @@ impl Objective<f32> for Imitation<'_> {
 /// Demonstrations without a lead; those of the training.
 pub(super) fn clone_expert(
     estimator: Option<&LiveEstimator<'_>>,
-    shown: &[Vec<Vec<Step>>; 2],
+    shown: &[Vec<Vec<PolicyStep>>; 2],
     observed: Observed,
     seed: u64,
 ) -> anyhow::Result<Policy> {
@@ -248,7 +248,7 @@ pub(super) fn clone_expert(
 fn samples_of(
     estimator: Option<&LiveEstimator<'_>>,
     observed: Observed,
-    demonstrations: &[Vec<Step>],
+    demonstrations: &[Vec<PolicyStep>],
 ) -> Vec<(Vec<f64>, [f64; N_JOINTS])> {
     let mut all = Vec::new();
     for steps in demonstrations {

@@ -8,7 +8,7 @@ use hysteron_workflow::shared::outputs::Outputs;
 use hysteron_workflow::{Context, WorkflowError};
 
 use super::outcome::{Outcome, Setting};
-use super::policy::{EPOCHS, HIDDEN, Observed, Policy, Senses, Step, clone_expert};
+use super::policy::{EPOCHS, HIDDEN, Observed, Policy, PolicyStep, Senses, clone_expert};
 use super::score::{Row, Task};
 use super::trial::{ARM, Expert, HEAVIEST, STAYS, Trial, led};
 use super::{options::Options, page};
@@ -137,7 +137,7 @@ impl Study<'_> {
         &self,
         task: Task,
         observed: Observed,
-        shown: &[[Vec<Vec<Step>>; 2]],
+        shown: &[[Vec<Vec<PolicyStep>>; 2]],
     ) -> anyhow::Result<Vec<f64>> {
         let estimator = self.estimator.as_ref();
         let policies: Vec<Policy> = (0..self.seeds)
@@ -163,13 +163,13 @@ impl Study<'_> {
     }
 
     /// Steps of the expert, demonstration by demonstration.
-    fn demonstrated(&self, task: Task, seed: u64, set: usize) -> Vec<Vec<Step>> {
+    fn demonstrated(&self, task: Task, seed: u64, set: usize) -> Vec<Vec<PolicyStep>> {
         let one = |number: usize| {
             let trial = Trial::draw(&self.arm, task, &format!("demonstration-{seed}-{set}"), number);
             let (mut expert, mut steps) = (Expert::default(), Vec::new());
             trial.run(&self.arm, &mut |reading, planned, force| {
                 let goals = expert.control(reading, planned);
-                steps.push(Step { reading: *reading, planned: *planned, force, lead: expert.lead });
+                steps.push(PolicyStep { reading: *reading, planned: *planned, force, lead: expert.lead });
                 goals
             });
             steps

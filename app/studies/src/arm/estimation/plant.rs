@@ -50,7 +50,7 @@ pub type Loading<'a> = &'a (dyn Fn(f64) -> Vec<ExternalForce<f64>> + Sync);
 
 /// Measured and true signals, row by row (n_samples × n).
 #[derive(Debug, Clone, Default)]
-pub struct Trial {
+pub struct PlantTrial {
     /// [s].
     pub period: f64,
     /// Positions by the encoders [rad].
@@ -98,13 +98,13 @@ impl<'m> Plant<'m> {
         loading: Loading,
         duration: f64,
         noise: &mut dyn FnMut() -> f64,
-    ) -> Trial {
+    ) -> PlantTrial {
         let n = self.model.n_joints();
         let (h, mut data) = (self.period / self.substeps as f64, Data::new(self.model, 0.0));
         let [mut q, mut dq, _] = path(0.0);
         let [mut ddq, mut drive, mut bristles, mut feed] = [0; 4].map(|_| vec![0.0; n]);
         let mut jacobian = vec![0.0; 6 * n];
-        let mut trial = Trial { period: self.period, ..Trial::default() };
+        let mut trial = PlantTrial { period: self.period, ..PlantTrial::default() };
         let mut command = vec![0.0; n];
         for k in 0..(duration / self.period).round() as usize {
             let t = k as f64 * self.period;
@@ -135,7 +135,7 @@ impl<'m> Plant<'m> {
     }
 
     /// Adds a sample: torques of the drive since the last one, positions of the joints now.
-    fn measure(&self, trial: &mut Trial, [q, dq, command]: [&[f64]; 3], noise: &mut dyn FnMut() -> f64) {
+    fn measure(&self, trial: &mut PlantTrial, [q, dq, command]: [&[f64]; 3], noise: &mut dyn FnMut() -> f64) {
         let Imperfections { encoder_step: step, torque_error, torque_noise } = self.imperfections;
         trial.position.extend(q.iter().map(|q| if step > 0.0 { step * (q / step).round() } else { *q }));
         trial.torque.extend(command.iter().map(|tau| tau * (1.0 + torque_error) + torque_noise * noise()));

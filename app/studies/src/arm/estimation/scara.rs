@@ -10,7 +10,7 @@ use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
 use super::normal;
-use super::plant::{Controller, Imperfections, Plant, Trial, TrueFriction};
+use super::plant::{Controller, Imperfections, Plant, PlantTrial, TrueFriction};
 use super::scara_friction::{FrictionCell, METHODS, TRIAL_NOISE, TRUE, law_of};
 use hysteron_arm_dynamics::{ExternalForce, Model};
 use hysteron_arm_estimation::observer::{FrictionModel, LowSpeed, MomentumObserver, RigidBody, estimate};
@@ -100,7 +100,7 @@ impl Methods {
     }
 
     /// Estimates of every method on a trial, row by row.
-    pub(super) fn estimates(&self, trial: &Trial) -> Vec<(&str, Vec<f64>)> {
+    pub(super) fn estimates(&self, trial: &PlantTrial) -> Vec<(&str, Vec<f64>)> {
         let speeds = differences(trial);
         let periods = vec![PERIOD; trial.position.len() / 2];
         let run = |friction: &FrictionModel| {
@@ -112,7 +112,7 @@ impl Methods {
 }
 
 /// Speeds as differences of the encoders, row by row.
-pub(super) fn differences(trial: &Trial) -> Vec<f64> {
+pub(super) fn differences(trial: &PlantTrial) -> Vec<f64> {
     let q = &trial.position;
     (0..q.len()).map(|k| if k < 2 { 0.0 } else { (q[k] - q[k - 2]) / PERIOD }).collect()
 }
@@ -162,7 +162,7 @@ pub fn teaching_cell(methods: &Methods, n_trials: usize, seed: u64) -> Result<Te
     let tip = model.frame("tip")?;
     let (plant, warm_up) = (plant(&model), 400);
     let mut sums: Vec<Sums> = vec![Sums::default(); OBSERVERS.len()];
-    let mut first: Option<(Trial, Vec<[Vec<f64>; 2]>)> = None;
+    let mut first: Option<(PlantTrial, Vec<[Vec<f64>; 2]>)> = None;
     for k in 0..n_trials {
         let mut noise = normal(seed, &format!("scara/teaching/{k}"));
         let (phase, size) = (TAU * (noise() / 6.0), 20.0 + 2.0 * noise());

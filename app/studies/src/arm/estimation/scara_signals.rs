@@ -10,7 +10,7 @@ use hysteron_base::BadInput;
 use serde::{Deserialize, Serialize};
 
 use super::normal;
-use super::plant::{Imperfections, Plant, Trial, TrueFriction};
+use super::plant::{Imperfections, Plant, PlantTrial, TrueFriction};
 use super::scara::{GAINS, Methods, PERIOD, controller, differences, lead, plant, tip_force};
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_estimation::observer::{FrictionModel, MomentumObserver, RigidBody, estimate};
@@ -57,7 +57,7 @@ pub struct SignalCell {
 pub fn signal_cell(methods: &Methods, seed: u64) -> Result<SignalCell, BadInput> {
     let model = Model::builtin("scara")?;
     let step = |noise: f64| stepped(&model, noise, seed);
-    let of_gain = |trial: &Trial, gain: f64| {
+    let of_gain = |trial: &PlantTrial, gain: f64| {
         let mut observer = MomentumObserver::new(RigidBody::new(&model), FrictionModel::none(2), &[gain; 2]);
         let periods = vec![PERIOD; trial.position.len() / 2];
         by_joint(&estimate(&mut observer, &periods, [&trial.position, &differences(trial), &trial.torque]))
@@ -80,7 +80,7 @@ pub fn signal_cell(methods: &Methods, seed: u64) -> Result<SignalCell, BadInput>
 
 impl Curves {
     /// The truth of a trial alone.
-    fn of(trial: &Trial) -> Self {
+    fn of(trial: &PlantTrial) -> Self {
         let n = trial.position.len() / 2;
         Self {
             time_s: (0..n).map(|k| k as f64 * PERIOD).collect(),
@@ -95,7 +95,7 @@ fn by_joint(rows: &[f64]) -> [Vec<f64>; 2] {
 }
 
 /// An arm without friction under a force of 25 N at the tip from 1 to 2 s.
-fn stepped(model: &Model, torque_noise: f64, seed: u64) -> Result<Trial, BadInput> {
+fn stepped(model: &Model, torque_noise: f64, seed: u64) -> Result<PlantTrial, BadInput> {
     let tip = model.frame("tip")?;
     let none =
         || TrueFriction { curve: Box::new(|_| 1e-9), stiffness: 1.0, damping: 0.0, scale: 1.0, ripple: 0.0 };

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use super::known::{KnownArm, TERMS};
 use super::normal;
-use super::plant::{Controller, Imperfections, Path, Plant, Trial, TrueFriction};
+use super::plant::{Controller, Imperfections, Path, Plant, PlantTrial, TrueFriction};
 use super::simulated_errors::{Comparison, Scenario, by_mass};
 use hysteron_arm_dynamics::{Data, ExternalForce, Model, inverse_dynamics, mass_matrix};
 use hysteron_arm_estimation::identify::{BodyOptions, JointMotion, Smoothing, identify_bodies};
@@ -213,7 +213,7 @@ fn sines(t: f64, joints: [(f64, f64, f64); 2]) -> [Vec<f64>; 3] {
 ///
 /// # Errors
 /// None for the sweep here.
-pub fn sweep_wrist(wrists: &Wrists, seed: u64) -> Result<(Trial, JointMotion), BadInput> {
+pub fn sweep_wrist(wrists: &Wrists, seed: u64) -> Result<(PlantTrial, JointMotion), BadInput> {
     let mut noise = normal(seed, "wrist/sweep");
     let trial = plant(&wrists.real, 0.0).run(&sweep, &controller(), &|_| vec![], DURATION, &mut noise);
     let column = |rows: &[f64], j: usize| -> Vec<f64> { rows.iter().skip(j).step_by(2).copied().collect() };
@@ -295,7 +295,7 @@ fn observers(known: &KnownArm, load: Load) -> Result<Vec<Box<dyn Observer + '_>>
 }
 
 /// Speeds as an estimator in the loop has them: differences of the encoders through a causal filter, row by row.
-pub(super) fn streamed_speeds(trial: &Trial, n: usize, filter: &LowPass) -> Vec<f64> {
+pub(super) fn streamed_speeds(trial: &PlantTrial, n: usize, filter: &LowPass) -> Vec<f64> {
     let mut speeds = vec![0.0; trial.position.len()];
     for j in 0..n {
         let mut state = filter.start(0.0);
@@ -310,7 +310,7 @@ pub(super) fn streamed_speeds(trial: &Trial, n: usize, filter: &LowPass) -> Vec<
 }
 
 /// One trial under a load, with the external torque that it means.
-fn loaded_trial(wrists: &Wrists, load: Load, drift: f64, seed: u64) -> Result<Trial, BadInput> {
+fn loaded_trial(wrists: &Wrists, load: Load, drift: f64, seed: u64) -> Result<PlantTrial, BadInput> {
     let name = format!("wrist/{}/{drift}", load.name());
     let mut noise = normal(seed, &name);
     let real = &wrists.real;
@@ -351,7 +351,7 @@ fn exact() -> Imperfections {
 
 /// Torques of a payload on the joints (n_samples × n) [N m]: those that the arm needs without it, less those
 /// with it.
-fn payload_torques(with: &Model, without: &Model, trial: &Trial) -> Vec<f64> {
+fn payload_torques(with: &Model, without: &Model, trial: &PlantTrial) -> Vec<f64> {
     let n = without.n_joints();
     let n_samples = trial.true_position.len() / n;
     let (mut loaded, mut bare) = (Data::new(with, 0.0), Data::new(without, 0.0));

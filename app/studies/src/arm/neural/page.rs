@@ -136,7 +136,7 @@ fn pose_error(scores: &PoseScores, joint: usize) -> Option<f64> {
 }
 
 /// A number of a source of force.
-type ForceScore = fn(&ForceScores) -> f64;
+type ScoreOfForces = fn(&ForceScores) -> f64;
 
 fn forces(page: &mut Page, study: &NeuralStudy) {
     page.heading("Force on the tip [N]");
@@ -144,7 +144,7 @@ fn forces(page: &mut Page, study: &NeuralStudy) {
         "Mean of three axes over all labelled samples, as published, and under force; the axis with most of the force; the length of the error; \
          contacts where there is none. GMO-linear is the paper's observer, GMO-drive the one that the network's force is added to.",
     );
-    let scores: [ForceScore; 6] = [
+    let scores: [ScoreOfForces; 6] = [
         |own| own.mean_of_axes_n,
         |own| own.loaded_mean_of_axes_n,
         |own| own.loaded_axis_n,
@@ -168,7 +168,8 @@ fn forces(page: &mut Page, study: &NeuralStudy) {
             if cells.iter().all(|cell| cell.forces.values()[k].is_none()) {
                 continue;
             }
-            let cell = |own: ForceScore| text(over_seeds(cells, &|cell| cell.forces.values()[k].map(own)), 3);
+            let cell =
+                |own: ScoreOfForces| text(over_seeds(cells, &|cell| cell.forces.values()[k].map(own)), 3);
             let names = [split.to_owned(), name.to_owned()];
             rows.push(names.into_iter().chain(scores.map(cell)).collect::<Vec<_>>());
         }
@@ -185,7 +186,7 @@ fn table_vi(page: &mut Page, study: &NeuralStudy) {
         let known = TABLE_VI.iter().find(|(name, _)| *name == published);
         let cell = |(k, task): (usize, &&str)| {
             let task = format!("weight/{task}");
-            let of = |own: ForceScore| {
+            let of = |own: ScoreOfForces| {
                 over_seeds(&study.published, &|cell| cell.task(&task)?.forces.values()[at].map(own))
             };
             let brackets = known.map_or_else(String::new, |(_, values)| format!(" ({})", values[k]));

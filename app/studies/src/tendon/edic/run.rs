@@ -43,7 +43,7 @@ const IDEALS: [Ideal; 15] = [
 ];
 
 /// How strokes are found.
-struct Method {
+struct EdicMethod {
     name: &'static str,
     /// Trainings, each from its own seed.
     seeds: u64,
@@ -62,18 +62,18 @@ const REPEATS: u64 = 5;
 /// takes fewer windows, and fewer a step so that there are nearly a thousand steps.
 const PAPER_OPTIONS: [&str; 6] = ["--design", "paper", "--stride", "800", "--batch", "32"];
 
-const BASELINE: Method =
-    Method { name: "network, recorded data", seeds: SEEDS, scene: None, model: Some("inverse") };
-const PAPER: Method =
-    Method { name: "the paper's network", seeds: 1, scene: None, model: Some("paper-inverse") };
-const HYBRID: Method =
-    Method { name: "network, hybrid data", seeds: SEEDS, scene: None, model: Some("hybrid") };
-const METHODS: [Method; 5] = [
-    Method { name: "fitted twin", seeds: 1, scene: Some("scene-typical.toml"), model: None },
+const BASELINE: EdicMethod =
+    EdicMethod { name: "network, recorded data", seeds: SEEDS, scene: None, model: Some("inverse") };
+const PAPER: EdicMethod =
+    EdicMethod { name: "the paper's network", seeds: 1, scene: None, model: Some("paper-inverse") };
+const HYBRID: EdicMethod =
+    EdicMethod { name: "network, hybrid data", seeds: SEEDS, scene: None, model: Some("hybrid") };
+const METHODS: [EdicMethod; 5] = [
+    EdicMethod { name: "fitted twin", seeds: 1, scene: Some("scene-typical.toml"), model: None },
     BASELINE,
     PAPER,
     HYBRID,
-    Method { name: "calibrated twin", seeds: 1, scene: Some(FRICTION.1), model: Some(FRICTION.0) },
+    EdicMethod { name: "calibrated twin", seeds: 1, scene: Some(FRICTION.1), model: Some(FRICTION.0) },
 ];
 
 /// One method on one path.
@@ -156,7 +156,7 @@ fn generate(chain: &Chain<'_>, plan: &str) -> Result<String> {
 
 fn train_inverse(
     chain: &Chain<'_>,
-    method: &Method,
+    method: &EdicMethod,
     seed: u64,
     recordings: &[String],
     options: &[&str],
@@ -170,7 +170,7 @@ fn train_inverse(
 }
 
 /// Strokes by this method for every seed, each run several times, and measured.
-fn track(chain: &Chain<'_>, method: &Method, target: &str, quick: bool) -> Result<Cell> {
+fn track(chain: &Chain<'_>, method: &EdicMethod, target: &str, quick: bool) -> Result<Cell> {
     let stem = format!(
         "tracked/{}-{}",
         method.name.replace(|c: char| !c.is_alphanumeric(), ""),

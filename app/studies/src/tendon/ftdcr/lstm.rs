@@ -20,7 +20,7 @@ const LEARNING_RATE: f64 = 5e-3;
 const INPUTS: usize = 2 * N_TENDONS;
 
 /// Patterns side by side: inputs and tips [step][row][channel], weights [step][row].
-struct Rows {
+struct PatternRows {
     inputs: Vec<f32>,
     tips: Vec<f32>,
     weights: Vec<f32>,
@@ -28,7 +28,7 @@ struct Rows {
     rows: usize,
 }
 
-impl Rows {
+impl PatternRows {
     fn new(patterns: &[&Pattern], inputs: &Normaliser, tips: &Normaliser) -> Self {
         let steps = patterns.iter().map(|pattern| pattern.rows.len()).max().unwrap_or(0);
         let rows = patterns.len();
@@ -87,11 +87,12 @@ pub fn predict(training: &[Pattern], held: &[Pattern]) -> Result<Vec<[f64; 3]>> 
     let part = |is_validation: bool| -> Vec<&Pattern> {
         training.iter().enumerate().filter(|(k, _)| (k % 4 == 3) == is_validation).map(|(_, p)| p).collect()
     };
-    let [fitted, validation] = [part(false), part(true)].map(|patterns| Rows::new(&patterns, &inputs, &tips));
+    let [fitted, validation] =
+        [part(false), part(true)].map(|patterns| PatternRows::new(&patterns, &inputs, &tips));
     let network = trained(&fitted, &validation)?;
 
     let held_patterns: Vec<&Pattern> = held.iter().collect();
-    let new = Rows::new(&held_patterns, &inputs, &tips);
+    let new = PatternRows::new(&held_patterns, &inputs, &tips);
     let outputs = run(&network, &new)?;
     let mut found = Vec::new();
     for (row, pattern) in held.iter().enumerate() {
@@ -113,7 +114,7 @@ fn ranges(samples: &[Vec<f64>], n: usize) -> Result<Normaliser> {
 }
 
 /// The network with the least error on `validation`.
-fn trained(training: &Rows, validation: &Rows) -> Result<Network> {
+fn trained(training: &PatternRows, validation: &PatternRows) -> Result<Network> {
     let architecture = Architecture {
         inputs: INPUTS,
         hidden: HIDDEN,
@@ -143,7 +144,7 @@ fn trained(training: &Rows, validation: &Rows) -> Result<Network> {
     Ok(best.1)
 }
 
-fn run(network: &Network, rows: &Rows) -> Result<Vec<f32>> {
+fn run(network: &Network, rows: &PatternRows) -> Result<Vec<f32>> {
     let mut memory = Memory::zeros(network.architecture(), rows.rows);
     Ok(Backprop::new(network.architecture(), 0)?.predict(network, &rows.batch(), &mut memory)?)
 }

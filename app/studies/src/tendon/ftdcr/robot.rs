@@ -25,7 +25,7 @@ const DURATION: f64 = 0.1;
 const ROUNDS: usize = 6;
 
 /// Of the real tendons and of those along the axis [m].
-type Strokes = [f64; N_TENDONS + N_AXIS];
+type TendonStrokes = [f64; N_TENDONS + N_AXIS];
 
 /// Scene and mesh.
 pub struct Robot {
@@ -128,19 +128,23 @@ impl Robot {
 
 /// Targets of the real tendons and of those along the axis as strokes [m]: a tendon released beyond `SLACK` is slack
 /// however it got there.
-fn primary(row: &Row) -> Strokes {
+fn primary(row: &Row) -> TendonStrokes {
     std::array::from_fn(|k| if k < N_TENDONS { row.strokes[k].max(-SLACK) } else { 0.0 })
 }
 
 /// Strokes on the way from one row to the next, the last included, none longer than `STEP`.
-fn between(from: Strokes, to: Strokes) -> impl Iterator<Item = Strokes> {
+fn between(from: TendonStrokes, to: TendonStrokes) -> impl Iterator<Item = TendonStrokes> {
     let longest = from.iter().zip(&to).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max);
     let n = (longest / STEP).ceil().max(1.0) as usize;
     (1..=n).map(move |i| std::array::from_fn(|k| from[k] + i as f64 / n as f64 * (to[k] - from[k])))
 }
 
 /// Steps from these strokes to those of a row, none too long; true if there is an equilibrium on all of the way.
-fn step_to(strokes: &mut Strokes, row: &Row, mut step: impl FnMut(&Strokes) -> Result<bool>) -> Result<bool> {
+fn step_to(
+    strokes: &mut TendonStrokes,
+    row: &Row,
+    mut step: impl FnMut(&TendonStrokes) -> Result<bool>,
+) -> Result<bool> {
     for next in between(*strokes, primary(row)) {
         if !step(&next)? {
             return Ok(false);
@@ -162,7 +166,7 @@ fn is_balanced<T>(step: hysteron_twin::Result<T>) -> Result<bool> {
 struct TwinSteps<'a> {
     twin: &'a Twin,
     stepper: Stepper,
-    strokes: Strokes,
+    strokes: TendonStrokes,
 }
 
 impl<'a> TwinSteps<'a> {
@@ -194,7 +198,7 @@ fn marker(twin: &Twin, state: &TwinState) -> Vector3<f64> {
 struct Led<'a> {
     twin: &'a Twin,
     identifier: Identifier<'a>,
-    strokes: Strokes,
+    strokes: TendonStrokes,
 }
 
 impl<'a> Led<'a> {

@@ -83,7 +83,7 @@ fn regressions(known: &Dataset, judged: &[&Demonstration]) -> Result<[InverseBas
 
 /// Parameters of the kernel.
 #[derive(Clone, Copy)]
-struct Setting {
+struct KernelSetting {
     delay: f64,
     apart: f64,
     width: f64,
@@ -97,7 +97,7 @@ struct Setting {
 fn kernel(known: &Dataset, judged: &[&Demonstration]) -> Result<InverseBaseline> {
     let training: Vec<&Demonstration> = known.training.iter().collect();
     let validation: Vec<&Demonstration> = known.validation.iter().collect();
-    let error = |setting: Setting, rows: usize, all: &[&Demonstration]| -> Result<f64> {
+    let error = |setting: KernelSetting, rows: usize, all: &[&Demonstration]| -> Result<f64> {
         let [fitted, new] = [&training[..], all].map(|all| Rows::new(all, known.step, setting));
         let every = fitted.features.len().div_ceil(rows).max(1);
         let fitted = fitted.every(every);
@@ -107,11 +107,11 @@ fn kernel(known: &Dataset, judged: &[&Demonstration]) -> Result<InverseBaseline>
         let off = (&found - &new.strokes).iter().map(|off| 1e3 * off).collect::<Vec<f64>>();
         Ok(rms(off))
     };
-    let mut best: Option<(f64, Setting)> = None;
+    let mut best: Option<(f64, KernelSetting)> = None;
     for delay in delays(known.step) {
         for apart in APART {
             for (width, ridge) in WIDTHS.into_iter().flat_map(|width| RIDGES.map(|ridge| (width, ridge))) {
-                let setting = Setting { delay, apart, width, ridge };
+                let setting = KernelSetting { delay, apart, width, ridge };
                 let found = error(setting, CHOOSE_ROWS, &validation)?;
                 if best.is_none_or(|(least, _)| found < least) {
                     best = Some((found, setting));
@@ -130,7 +130,7 @@ struct Rows {
 }
 
 impl Rows {
-    fn new(all: &[&Demonstration], step: f64, setting: Setting) -> Self {
+    fn new(all: &[&Demonstration], step: f64, setting: KernelSetting) -> Self {
         let mut features = Vec::new();
         let mut strokes: Vec<f64> = Vec::new();
         for one in all {
@@ -159,7 +159,7 @@ impl Rows {
         }
     }
 
-    fn predict(&self, new: &Self, setting: Setting) -> Result<DMatrix<f64>> {
+    fn predict(&self, new: &Self, setting: KernelSetting) -> Result<DMatrix<f64>> {
         let n = self.features.len() as f64;
         let mean: [f64; 6] = std::array::from_fn(|c| self.features.iter().map(|x| x[c]).sum::<f64>() / n);
         let deviation: [f64; 6] = std::array::from_fn(|c| {

@@ -35,7 +35,7 @@ const FIT: [&str; 8] = [
 ];
 
 /// How much is done for a robot.
-struct Effort {
+struct PopulationEffort {
     robots: u64,
     targets: &'static [&'static str],
     /// Steps of an evaluation of the fit.
@@ -45,11 +45,21 @@ struct Effort {
     inverse_epochs: &'static str,
 }
 
-const FULL: Effort =
-    Effort { robots: ROBOTS, targets: &TARGETS, steps: "1500", twin_epochs: None, inverse_epochs: "90" };
+const FULL: PopulationEffort = PopulationEffort {
+    robots: ROBOTS,
+    targets: &TARGETS,
+    steps: "1500",
+    twin_epochs: None,
+    inverse_epochs: "90",
+};
 /// Shows that it runs.
-const QUICK: Effort =
-    Effort { robots: 1, targets: &["circle:40"], steps: "300", twin_epochs: Some("3"), inverse_epochs: "3" };
+const QUICK: PopulationEffort = PopulationEffort {
+    robots: 1,
+    targets: &["circle:40"],
+    steps: "300",
+    twin_epochs: Some("3"),
+    inverse_epochs: "3",
+};
 
 /// One robot: for every path what each method came to, none where the rig would not carry the strokes out; or why there
 /// is nothing.
@@ -112,7 +122,7 @@ pub fn run(
 }
 
 /// The whole procedure on one robot.
-fn known_from_recordings(chain: &Chain<'_>, name: &str, effort: &Effort) -> Result<Vec<Row>> {
+fn known_from_recordings(chain: &Chain<'_>, name: &str, effort: &PopulationEffort) -> Result<Vec<Row>> {
     let rig = format!("virtual:{name}");
     let nominal = write_nominal_scene(chain)?;
     chain.record(name, &write_recorded_plan(chain)?, "data")?;

@@ -25,7 +25,7 @@ const MAX_RATE_OFF: f64 = 0.1;
 const QUANTITIES: usize = 7;
 
 /// State of the estimation row by row, with its computing times.
-struct Live<'m> {
+struct LiveEstimation<'m> {
     estimator: LiveEstimator<'m>,
     motors: usize,
     /// Latest measured row; a servo that did not answer keeps its last values.
@@ -39,7 +39,7 @@ struct Live<'m> {
     times: Histogram,
 }
 
-impl Live<'_> {
+impl LiveEstimation<'_> {
     /// Takes a row as it was measured and appends the estimates: none before every servo has answered once.
     fn append(&mut self, row: &mut Vec<f64>) {
         let start = Instant::now();
@@ -88,7 +88,7 @@ pub(super) fn run(
     check(&config, actuator).map_err(|bad| bad.within(arms.display()))?;
     let motors = actuator.features.motors();
     let estimator = estimator.with_position_gain(Some(f64::from(config.follower.gains[0])))?;
-    let live = RefCell::new(Live {
+    let live = RefCell::new(LiveEstimation {
         estimator,
         motors,
         held: Vec::new(),
@@ -137,7 +137,7 @@ fn percentiles(times: &Histogram) -> TimePercentiles {
 }
 
 /// Says what was estimated, and how long it took.
-fn report(live: &Live<'_>, (ages, period): (&Histogram, f64), context: &Context) {
+fn report(live: &LiveEstimation<'_>, (ages, period): (&Histogram, f64), context: &Context) {
     let Some(now) = &live.last else { return };
     let [x, y, z] = now.force;
     context.print(format_args!(

@@ -32,7 +32,7 @@ pub struct Job {
 }
 
 /// Everything that is to be recorded.
-pub struct Work {
+pub struct RecordWork {
     /// For people.
     pub name: String,
     /// The plan, if it is one.
@@ -42,7 +42,7 @@ pub struct Work {
 }
 
 /// A trajectory whose recording is there.
-type Done = (Job, Recording);
+type RecordedJob = (Job, Recording);
 
 /// Refuses a plan that would pass a limit of the rig, before anything moves.
 pub fn check_against_rig(plan: &MotionPlan, source: &Source) -> anyhow::Result<()> {
@@ -55,7 +55,7 @@ pub fn check_against_rig(plan: &MotionPlan, source: &Source) -> anyhow::Result<(
 }
 
 /// The trajectories of a plan that are asked for.
-pub fn of_plan(named: &str, options: &Options, source: &Source) -> anyhow::Result<Work> {
+pub fn of_plan(named: &str, options: &Options, source: &Source) -> anyhow::Result<RecordWork> {
     let (plan, text) = plan::read(named)?;
     check_against_rig(&plan, source)?;
     let all = plan.trajectories();
@@ -79,11 +79,11 @@ pub fn of_plan(named: &str, options: &Options, source: &Source) -> anyhow::Resul
     });
     let jobs = jobs.collect::<anyhow::Result<Vec<_>>>()?;
     check_out(options, jobs.len(), "or choose one of them with --only")?;
-    Ok(Work { name: format!("plan {}", plan.name), plan_text: Some(text), jobs })
+    Ok(RecordWork { name: format!("plan {}", plan.name), plan_text: Some(text), jobs })
 }
 
 /// Strokes from a file.
-pub fn of_strokes(options: &Options, source: &Source) -> anyhow::Result<Work> {
+pub fn of_strokes(options: &Options, source: &Source) -> anyhow::Result<RecordWork> {
     let (rig, mut jobs) = (source.rig(), Vec::new());
     for (order, input) in inputs::read(&options.strokes)?.into_iter().enumerate() {
         let place = input.path.display();
@@ -126,7 +126,7 @@ pub fn of_strokes(options: &Options, source: &Source) -> anyhow::Result<Work> {
         });
     }
     check_out(options, jobs.len(), "give it one recording of strokes")?;
-    Ok(Work { name: "strokes".to_owned(), plan_text: None, jobs })
+    Ok(RecordWork { name: "strokes".to_owned(), plan_text: None, jobs })
 }
 
 fn out_of(options: &Options, name: &str) -> PathBuf {
@@ -155,7 +155,10 @@ pub fn is_folder(out: &Path) -> bool {
 }
 
 /// Separates the trajectories whose recordings are there, of this rig (`identity`), from those that are missing.
-pub fn split_done(jobs: Vec<Job>, identity: &[(&str, String)]) -> anyhow::Result<(Vec<Done>, Vec<Job>)> {
+pub fn split_done(
+    jobs: Vec<Job>,
+    identity: &[(&str, String)],
+) -> anyhow::Result<(Vec<RecordedJob>, Vec<Job>)> {
     let (mut there, mut missing) = (Vec::new(), Vec::new());
     for job in jobs {
         if !job.out.exists() {

@@ -7,7 +7,7 @@ use hysteron_base::{BadInput, Lock, Metadata, Recording};
 use hysteron_report::folder::ReportFolder;
 use hysteron_rig::calibration::RigCalibration;
 
-use super::jobs::{self, Job, Work, is_folder, split_done};
+use super::jobs::{self, Job, RecordWork, is_folder, split_done};
 use super::options::Options;
 use super::outcome::Outcome;
 use super::page::{self, DataSet};
@@ -96,7 +96,7 @@ struct RecordingPlan<'a> {
 
 impl<'a> RecordingPlan<'a> {
     /// Reads what the options name, and the trajectories.
-    fn read(options: &'a Options) -> anyhow::Result<(Self, Work)> {
+    fn read(options: &'a Options) -> anyhow::Result<(Self, RecordWork)> {
         let source = Source::read(&options.rig)?;
         let tip_force = tip_force(options, &source)?;
         let n = source.rig().tendons.len();

@@ -65,11 +65,11 @@ pub fn run_commanded(
 }
 
 /// The name of a result, and the recordings that are its repeats.
-type Named = (Option<String>, Vec<PathBuf>);
+type NamedRecordings = (Option<String>, Vec<PathBuf>);
 
 /// The recordings of each result, by its name; one without a name where none has one.
-fn named(typed: &[String]) -> Result<Vec<Named>, BadInput> {
-    let mut results: Vec<Named> = Vec::new();
+fn named(typed: &[String]) -> Result<Vec<NamedRecordings>, BadInput> {
+    let mut results: Vec<NamedRecordings> = Vec::new();
     for typed in typed {
         // A file may have such a name.
         let split = if Path::new(typed).exists() { None } else { typed.split_once('=') };

@@ -1,11 +1,11 @@
 //! The fit: scene and recordings, the search, the fitted scene, page.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context as _;
 use hysteron_base::checks::Purpose;
-use hysteron_base::{BadInput, Scene};
+use hysteron_base::{BadInput, Recording, Scene};
 use hysteron_fem::Mesh;
 use hysteron_report::folder::ReportFolder;
 use hysteron_twin::fit::{
@@ -19,7 +19,7 @@ use super::verdict::FinishedFit;
 use super::{page, quantities, scene_file};
 use crate::shared::error::Cancelled;
 use crate::shared::outputs::Outputs;
-use crate::shared::{inputs, locking, recording_checks};
+use crate::shared::{inputs, locking, memory, recording_checks};
 use crate::{Context, WorkflowError};
 
 /// Runs the verb.
@@ -42,11 +42,16 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let outputs = Outputs::reading(&files).scene(&options.scene, &scene).and(&options.fit_file);
     let outputs = outputs.file("--out", &options.out).report("--figures", options.figures.as_deref());
     let _lock = outputs.check(context)?;
+    let recordings = files.iter().map(Recording::read).collect::<Result<Vec<_>, _>>()?;
+    memory::check_copies("recordings", &recordings)?;
+    let chosen = of_role(&files, &recordings, options.role.as_deref())?;
     let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
     let twin = Twin::new(&scene, &mesh)?;
-    let findings = recording_checks::of_files(&files, &recording_checks::context_of(&twin, Purpose::Fit))?;
+    let checks = recording_checks::context_of(&twin, Purpose::Fit);
+    let findings = recording_checks::of_recordings(&files, &recordings, &checks)?;
+    let motions = motions(&chosen, &twin)?;
+    drop(recordings);
     locking::warn_before_fit(&scene)?;
-    let motions = motions(&files, options.role.as_deref(), &twin)?;
     let n_other_role = files.len() - motions.len();
     tracing::info!(
         "{}: {} parameters, {} recordings, {} samples; {n_other_role} recordings of another role skipped",
@@ -119,25 +124,34 @@ fn tension_max(options: &Options, scene: &Scene) -> Vec<f64> {
     scene.tendons.iter().map(|tendon| drives.min(tendon.tension.max)).collect()
 }
 
-/// The motions in recordings of this role.
-fn motions(paths: &[PathBuf], role: Option<&str>, twin: &Twin) -> anyhow::Result<Vec<RobotMotion>> {
+/// The recordings of this role, and their files.
+fn of_role<'a>(
+    paths: &'a [PathBuf],
+    recordings: &'a [Recording],
+    role: Option<&str>,
+) -> Result<Vec<(&'a Path, &'a Recording)>, BadInput> {
+    let named = paths.iter().map(PathBuf::as_path).zip(recordings);
+    let is_chosen =
+        |(_, recording): &(&Path, &Recording)| role.is_none_or(|role| inputs::role(recording.meta()) == role);
+    let chosen: Vec<_> = named.filter(is_chosen).collect();
+    if chosen.is_empty() {
+        let found = format!("none of {}", paths.len());
+        return Err(BadInput::new("--role", "the role of at least one recording", found));
+    }
+    Ok(chosen)
+}
+
+/// The motions in recordings.
+fn motions(recordings: &[(&Path, &Recording)], twin: &Twin) -> anyhow::Result<Vec<RobotMotion>> {
     let mut motions = Vec::new();
-    for path in paths {
-        let recording = crate::shared::memory::recording(path)?;
-        if role.is_some_and(|role| inputs::role(recording.meta()) != role) {
-            continue;
-        }
-        let motion = RobotMotion::new(twin, &recording, &path.display().to_string())?;
+    for (path, recording) in recordings {
+        let motion = RobotMotion::new(twin, recording, &path.display().to_string())?;
         for (axis, is_used) in ["x", "y", "z"].iter().zip(motion.axes) {
             if !is_used {
                 tracing::warn!("{}: tip_{axis} never changes and is skipped", path.display());
             }
         }
         motions.push(motion);
-    }
-    if motions.is_empty() {
-        let found = format!("none of {}", paths.len());
-        return Err(BadInput::new("--role", "the role of at least one recording", found).into());
     }
     Ok(motions)
 }

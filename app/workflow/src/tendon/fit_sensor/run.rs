@@ -15,7 +15,7 @@ use crate::shared::network::Network;
 use crate::shared::outputs::Outputs;
 use crate::shared::{inputs, locking, recording_checks};
 use crate::tendon::sense::file::SensedRobot;
-use crate::tendon::sense::input::Input;
+use crate::tendon::sense::input::SensingInput;
 use crate::{Context, WorkflowError};
 
 /// Runs the verb.
@@ -40,12 +40,12 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     locking::warn_before_fit(&scene)?;
     let recordings = files
         .iter()
-        .map(|input| Input::new(&twin, &input.recording, &input.path.display().to_string()))
+        .map(|input| SensingInput::new(&twin, &input.recording, &input.path.display().to_string()))
         .collect::<anyhow::Result<Vec<_>>>()?;
     let period = common_period(&recordings)?;
     context.listen();
     let bar = context.progress("samples", recordings.iter().map(|input| input.motion.len()).sum(), 0);
-    let observe = |input| Input::observe(input, &twin, network.as_ref(), context, bar.as_ref());
+    let observe = |input| SensingInput::observe(input, &twin, network.as_ref(), context, bar.as_ref());
     let observed: Vec<RecordingObservations> = parallel::try_map(&recordings, observe)?;
     bar.finish();
     let (free, known) = by_contact(&recordings, observed)?;
@@ -73,7 +73,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
 
 /// Observations without a contact, and those of pushes with a known force.
 fn by_contact(
-    recordings: &[Input],
+    recordings: &[SensingInput],
     observed: Vec<RecordingObservations>,
 ) -> Result<(Vec<RecordingObservations>, Vec<KnownForce>), BadInput> {
     let (mut free, mut known) = (Vec::new(), Vec::new());
@@ -93,7 +93,7 @@ fn by_contact(
 }
 
 /// Stall torque of the servos [N m] and mean radius of their pulleys [m], where every recording has ticks and loads.
-fn servo(recordings: &[Input], stall_torque: f64) -> Option<(f64, f64)> {
+fn servo(recordings: &[SensingInput], stall_torque: f64) -> Option<(f64, f64)> {
     let radius = recordings.iter().map(|input| input.servos.as_ref().map(|servos| servos.radius));
     let radii: Vec<f64> = radius.collect::<Option<_>>()?;
     Some((stall_torque, radii.iter().sum::<f64>() / radii.len() as f64))
@@ -142,8 +142,8 @@ fn load_scale(path: &Path) -> anyhow::Result<f64> {
 }
 
 /// Filters are made for one rate.
-fn common_period(recordings: &[Input]) -> Result<f64, BadInput> {
-    let first = recordings.first().map_or(0.0, Input::period);
+fn common_period(recordings: &[SensingInput]) -> Result<f64, BadInput> {
+    let first = recordings.first().map_or(0.0, SensingInput::period);
     match recordings.iter().find(|input| (input.period() / first - 1.0).abs() > 0.01) {
         Some(other) => {
             let expected = format!("samples of {first:.4} s, as in {}", recordings[0].name);

@@ -18,7 +18,7 @@ use super::steer::Steered;
 use crate::shared::error::Cancelled;
 use crate::shared::network::{Network, plant};
 use crate::shared::outputs::Outputs;
-use crate::shared::{inputs, plan};
+use crate::shared::{inputs, memory, plan};
 use crate::{COMMIT, Context, Progress, WorkflowError};
 
 /// Plan that is used where none is named.
@@ -65,6 +65,10 @@ fn generate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         }
     }
     let _lock = outputs(options, &scene, &text, &real, &missing)?.check(context)?;
+    // Each thread holds one recording: time, tip and extrapolation, and of every tendon stroke, tension and what it does to the tip.
+    let longest = missing.iter().map(|job| job.trajectory.n_samples()).max().unwrap_or(0);
+    let n_rows = longest * missing.len().min(parallel::threads());
+    memory::check_result(&options.out, n_rows, 5 + 5 * twin.n_primary)?;
     let n_jobs = rows.len() + missing.len();
     let n_samples = missing.iter().map(|job| job.trajectory.n_samples()).sum::<usize>();
     tracing::info!(

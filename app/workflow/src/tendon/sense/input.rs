@@ -24,7 +24,7 @@ pub struct Servos {
 }
 
 /// A recording to be sensed.
-pub struct Input {
+pub struct SensingInput {
     /// Name in messages.
     pub name: String,
     /// Commands and tip.
@@ -35,7 +35,7 @@ pub struct Input {
     pub truth: SensingTruth,
 }
 
-impl Input {
+impl SensingInput {
     /// Takes a recording apart.
     pub fn new(twin: &Twin, recording: &Recording, name: &str) -> anyhow::Result<Self> {
         if recording.rate_hz().is_none() {

@@ -116,10 +116,12 @@ impl LiveSensing {
         let thread = std::thread::spawn(move || {
             if let Err(error) = it.work(&layout, &strokes, &queue, &answers) {
                 // If the receiver is closed, the recording is over.
-                let _ = answers.send(Answer::Failed(format!("{error:#}")));
+                let _ = answers.send(SensorMessage::Failed(format!("{error:#}")));
             }
         });
-        if let Answer::Failed(message) = estimates.recv().context("the thread that senses has ended")? {
+        if let SensorMessage::Failed(message) =
+            estimates.recv().context("the thread that senses has ended")?
+        {
             anyhow::bail!("sensing: {message}");
         }
         Ok(recorder.supervised_by(Box::new(Live {
@@ -144,7 +146,7 @@ impl LiveSensing {
         layout: &Layout,
         strokes: &[f64],
         rows: &Receiver<Row>,
-        answers: &Sender<Answer>,
+        answers: &Sender<SensorMessage>,
     ) -> anyhow::Result<()> {
         let (twin, period) = (&*self.twin, self.sensor.period_s);
         let plant = network::plant(self.network.as_deref(), twin, period)?;
@@ -152,12 +154,12 @@ impl LiveSensing {
         let mut sensing = TendonSensing::new(&self.sensor, twin.n_primary)?;
         let mut held = Held::default();
         let mut times = Vec::new();
-        answers.send(Answer::Ready)?;
+        answers.send(SensorMessage::Ready)?;
         for Row { time, values } in rows {
             let start = Instant::now();
             let (sensed, _) = sensing.sense(&mut observer, &layout.sample(&values, &mut held))?;
             times.push(1e3 * start.elapsed().as_secs_f64());
-            if answers.send(Answer::Estimate(TimedEstimate { time, sensed })).is_err() {
+            if answers.send(SensorMessage::Estimate(TimedEstimate { time, sensed })).is_err() {
                 break;
             }
         }
@@ -181,7 +183,7 @@ struct TimedEstimate {
 }
 
 #[derive(Debug)]
-enum Answer {
+enum SensorMessage {
     Ready,
     Estimate(TimedEstimate),
     Failed(String),
@@ -272,7 +274,7 @@ struct Contact {
 struct Live {
     /// None once the recording is over.
     rows: Option<SyncSender<Row>>,
-    estimates: Receiver<Answer>,
+    estimates: Receiver<SensorMessage>,
     thread: Option<JoinHandle<()>>,
     mode: SensingMode,
     stop_on_contact: bool,
@@ -335,14 +337,14 @@ impl Live {
             SensingMode::RealTime => self.estimates.try_recv(),
         };
         match answer {
-            Ok(Answer::Estimate(estimate)) => {
+            Ok(SensorMessage::Estimate(estimate)) => {
                 self.n_waiting -= 1;
                 self.estimated_until = estimate.time;
                 return Some(estimate);
             }
-            Ok(Answer::Failed(message)) => self.failure = Some(message),
+            Ok(SensorMessage::Failed(message)) => self.failure = Some(message),
             Err(TryRecvError::Disconnected) => self.failure = Some("its thread has ended".to_owned()),
-            Ok(Answer::Ready) | Err(TryRecvError::Empty) => {}
+            Ok(SensorMessage::Ready) | Err(TryRecvError::Empty) => {}
         }
         None
     }

@@ -10,7 +10,7 @@ use hysteron_twin::sense::{
 };
 
 use super::file::{self, SensedRobot};
-use super::input::Input;
+use super::input::SensingInput;
 use super::options::Options;
 use super::outcome::Outcome;
 use super::page::{self, EstimateSeries};
@@ -44,7 +44,7 @@ fn sense(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let outputs = outputs.file("--out", &options.out).report("--figures", options.figures.as_deref());
     let _lock = outputs.check(context)?;
     let findings = recording_checks::of_inputs(&files, &recording_checks::context_of(&twin, Purpose::Score))?;
-    let input = Input::new(&twin, &read.recording, &read.path.display().to_string())?;
+    let input = SensingInput::new(&twin, &read.recording, &read.path.display().to_string())?;
     check_period(&input, &sensor)?;
     context.listen();
     let bar = context.progress("samples", input.motion.len(), 0);
@@ -75,7 +75,7 @@ fn sense(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
 }
 
 /// Refuses a recording at another rate than that of the sensor.
-fn check_period(input: &Input, sensor: &ForceSensor) -> Result<(), BadInput> {
+fn check_period(input: &SensingInput, sensor: &ForceSensor) -> Result<(), BadInput> {
     if (input.period() / sensor.period_s - 1.0).abs() <= 0.01 {
         return Ok(());
     }
@@ -86,7 +86,7 @@ fn check_period(input: &Input, sensor: &ForceSensor) -> Result<(), BadInput> {
 
 /// Channels of the output: strokes, tensions and force with their standard errors, contact state, and the tip
 /// without a contact.
-fn channels(sensed: &[SensedSample], input: &Input, observed: &RecordingObservations) -> Vec<Channel> {
+fn channels(sensed: &[SensedSample], input: &SensingInput, observed: &RecordingObservations) -> Vec<Channel> {
     let n = sensed.first().map_or(0, |sensed| sensed.tensions.len());
     let mut channels = Vec::new();
     let mut add = |name: String, value: &dyn Fn(usize) -> f64| {

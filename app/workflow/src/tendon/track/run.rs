@@ -9,7 +9,7 @@ use hysteron_control::path::is_recording;
 use super::options::Options;
 use super::outcome::{Outcome, Recorded};
 use crate::rig::record::{self, source::Source};
-use crate::shared::health;
+use crate::shared::{health, memory};
 use crate::tendon::command::LimitOverrides;
 use crate::tendon::evaluate::{self, Commanded};
 use crate::{Context, WorkflowError};
@@ -39,6 +39,8 @@ fn follow(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let outputs = outputs.report("--out", Some(&options.out));
     let _lock = outputs.file("--out", &strokes).check(context)?;
     let commanded = options.way.strokes(&given, context)?;
+    // All are scored together: of every row time, pose and gap, and of every servo stroke, goal, angle and load.
+    memory::check_result(&options.out, commanded.n_samples() * options.repeats, 9 + 4 * n_tendons)?;
     write_strokes(&commanded, &strokes, (0..options.repeats).map(repeat))?;
     let mut tips = Vec::new();
     for k in 0..options.repeats {

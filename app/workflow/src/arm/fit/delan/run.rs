@@ -75,7 +75,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let found = train(&shape, [&training, &validation], &training_options, options.seed, &mut session)?;
     bar.finish();
     let names: Vec<String> = options.recordings.iter().map(|path| path.display().to_string()).collect();
-    let details = Details {
+    let details = DelanDetails {
         recordings: names,
         seed: options.seed,
         options: training_options,
@@ -103,7 +103,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
 
 /// Training of a model, as its file states it.
 #[derive(Serialize)]
-struct Details<'a> {
+struct DelanDetails<'a> {
     recordings: Vec<String>,
     seed: u64,
     options: TrainingOptions,

@@ -19,7 +19,7 @@ use crate::shared::verdict::{Judged, parameters};
 use crate::{COMMIT, Context, WorkflowError};
 
 /// Speeds and torques of a joint in one recording.
-struct Series {
+struct FrictionSeries {
     velocity: Vec<f64>,
     torque: Vec<f64>,
 }
@@ -43,7 +43,7 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         .collect::<Result<Vec<_>, _>>()?;
     let [velocity, torque] = joined(series.iter());
     let law = Law::for_speeds(&options.law, &velocity)?;
-    let Found { parameters, offset, rows, condition, correlation } =
+    let JointFrictionFit { parameters, offset, rows, condition, correlation } =
         fit(&law, method, [&velocity, &torque], options)?;
     let curve = |v: f64| law.torque(&parameters, &Sliding::at(v)) + offset;
     let errors: Vec<f64> = velocity.iter().zip(&torque).map(|(v, tau)| curve(*v) - tau).collect();
@@ -88,7 +88,7 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
 }
 
 /// A law with its parameters.
-struct Found {
+struct JointFrictionFit {
     parameters: Vec<f64>,
     offset: f64,
     rows: Vec<Row>,
@@ -102,18 +102,18 @@ fn fit(
     method: FrictionMethod,
     [velocity, torque]: [&[f64]; 2],
     options: &Options,
-) -> anyhow::Result<Found> {
+) -> anyhow::Result<JointFrictionFit> {
     if method == FrictionMethod::LeastSquares {
         let FrictionFit { parameters, offset, fit } =
             identify_friction(law, velocity, torque, options.huber)?;
         let rows = fit.estimates.iter().map(Row::of_estimate).collect();
         let (condition, correlation) = (Some(fit.condition), Some(fit.correlation));
-        return Ok(Found { parameters, offset, rows, condition, correlation });
+        return Ok(JointFrictionFit { parameters, offset, rows, condition, correlation });
     }
     let found = identify_friction_by(method, law, velocity, torque, options.seed)?;
     let rows = named(law, &found.parameters, found.offset);
     let (parameters, offset) = (found.parameters, found.offset);
-    Ok(Found { parameters, offset, rows, condition: None, correlation: None })
+    Ok(JointFrictionFit { parameters, offset, rows, condition: None, correlation: None })
 }
 
 /// Whether the law can be used: error and deviation of the torques [N m], condition number, errors of the folds [N m].
@@ -176,7 +176,7 @@ fn warnings(velocity: &[f64], torque: &[f64], rows: &[Row]) -> Vec<String> {
 const SATURATED: f64 = 0.02;
 const ONE_SIDED: f64 = 0.05;
 
-fn of_joint(path: &Path, joint: usize) -> anyhow::Result<Series> {
+fn of_joint(path: &Path, joint: usize) -> anyhow::Result<FrictionSeries> {
     let recording = read(path)?;
     let within = |bad: BadInput| bad.within(path.display());
     let recorded = ArmRecording::of(&recording).map_err(within)?;
@@ -189,13 +189,13 @@ fn of_joint(path: &Path, joint: usize) -> anyhow::Result<Series> {
         let measured = column.iter().zip(recorded.gap).filter(|(_, gap)| !**gap);
         Ok(measured.map(|(x, _)| *x).collect())
     };
-    Ok(Series {
+    Ok(FrictionSeries {
         velocity: column(JointQuantityKind::Velocity).map_err(within)?,
         torque: column(JointQuantityKind::Torque).map_err(within)?,
     })
 }
 
-fn joined<'a>(series: impl Iterator<Item = &'a Series>) -> [Vec<f64>; 2] {
+fn joined<'a>(series: impl Iterator<Item = &'a FrictionSeries>) -> [Vec<f64>; 2] {
     let mut all = [Vec::new(), Vec::new()];
     for one in series {
         all[0].extend_from_slice(&one.velocity);
@@ -220,7 +220,7 @@ fn named(law: &Law, parameters: &[f64], offset: f64) -> Vec<Row> {
 fn validated(
     law: &Law,
     method: FrictionMethod,
-    series: &[Series],
+    series: &[FrictionSeries],
     k: usize,
     seed: u64,
 ) -> anyhow::Result<Vec<f64>> {
