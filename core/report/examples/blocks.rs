@@ -24,7 +24,8 @@ fn main() -> anyhow::Result<()> {
         .because(Criterion::ErrorOverSpread, 0.6, "the tip is off by 60 % of its spread")
         .because(Criterion::SingleRepeat, 1.0, "there is one repeat")
         .verdict();
-    let mut page = Page::judged("Every kind of block", &verdict, "What pages consist of.", "blocks FOLDER");
+    let mut page =
+        Page::with_verdict("Every kind of block", &verdict, "What pages consist of.", "blocks FOLDER");
     tables(&mut page);
     page.heading("Figures");
     for chart in time_charts() {

@@ -34,7 +34,7 @@ pub struct Page(String);
 
 impl Page {
     /// A page that begins with a verdict on its result.
-    pub fn judged(title: &str, verdict: &Verdict, about: &str, command: &str) -> Self {
+    pub fn with_verdict(title: &str, verdict: &Verdict, about: &str, command: &str) -> Self {
         Self::beginning_with(|page| page.verdict(verdict), title, about, command)
     }
 

@@ -243,8 +243,8 @@ const MAX_NAMED: usize = 3;
 impl Verdict {
     /// Collects reasons for a verdict on a result, whose `claim` is true if it can be used: "the scene follows
     /// the robot within 0.4 mm".
-    pub fn on(claim: impl Into<String>) -> Judgement {
-        Judgement { claim: claim.into(), reasons: Vec::new() }
+    pub fn on(claim: impl Into<String>) -> VerdictBuilder {
+        VerdictBuilder { claim: claim.into(), reasons: Vec::new() }
     }
 
     /// Headings of a table of reasons, whose rows are [`Reason::cells`].
@@ -254,12 +254,12 @@ impl Verdict {
 
 /// Reasons on their way to a verdict.
 #[derive(Debug, Clone)]
-pub struct Judgement {
+pub struct VerdictBuilder {
     claim: String,
     reasons: Vec<Reason>,
 }
 
-impl Judgement {
+impl VerdictBuilder {
     /// Adds a number, and its meaning as part of a sentence: "the tip is off by 97 % of its spread". What is not finite is not
     /// usable.
     #[must_use]
@@ -340,24 +340,24 @@ mod tests {
 
     #[test]
     fn the_worst_reason_decides_and_the_sentence_names_it() {
-        let judged = |error: f64, bound: f64| {
+        let assessment = |error: f64, bound: f64| {
             Verdict::on("it works")
                 .because(Criterion::ErrorOverSpread, error, format!("error {error}"))
                 .because(Criterion::ParametersOnBound, bound, format!("bound {bound}"))
                 .verdict()
         };
-        assert_eq!(judged(0.1, 0.0).sentence, "Usable: it works.");
-        let care = judged(0.1, 0.5);
+        assert_eq!(assessment(0.1, 0.0).sentence, "Usable: it works.");
+        let care = assessment(0.1, 0.5);
         assert_eq!(care.sentence, "Usable with care: it works, but bound 0.5.");
         assert_eq!(care.reasons[0].criterion, Criterion::ParametersOnBound);
-        let hopeless = judged(0.97, 0.5);
+        let hopeless = assessment(0.97, 0.5);
         assert_eq!(
             (hopeless.usability, &hopeless.sentence[..]),
             (Usability::NotUsable, "Not usable: error 0.97.")
         );
         // Limits are allowed, above them is not.
-        assert_eq!(judged(0.5, 0.0).usability, Usability::Usable);
-        assert_eq!(judged(0.9, 0.0).usability, Usability::UsableWithCare);
+        assert_eq!(assessment(0.5, 0.0).usability, Usability::Usable);
+        assert_eq!(assessment(0.9, 0.0).usability, Usability::UsableWithCare);
     }
 
     #[test]
@@ -380,9 +380,9 @@ mod tests {
 
     #[test]
     fn many_reasons_are_counted() {
-        let judged = (0..5).fold(Verdict::on("it works"), |judged, k| {
-            judged.because(Criterion::NotConverged, 1.0, format!("r{k}"))
+        let assessment = (0..5).fold(Verdict::on("it works"), |assessment, k| {
+            assessment.because(Criterion::NotConverged, 1.0, format!("r{k}"))
         });
-        assert_eq!(judged.verdict().sentence, "Usable with care: it works, but r0; r1; r2; and 2 more.");
+        assert_eq!(assessment.verdict().sentence, "Usable with care: it works, but r0; r1; r2; and 2 more.");
     }
 }

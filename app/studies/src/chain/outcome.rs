@@ -138,7 +138,7 @@ pub(super) fn read(
     let outcome = Outcome {
         format: MetricsFormat,
         version: 1,
-        verdict: judged(&predicted, &tracked),
+        verdict: assess(&predicted, &tracked),
         study: study.name.clone(),
         robot: study.scene.robot.clone(),
         rig: study.rig.description.clone(),
@@ -155,7 +155,7 @@ pub(super) fn read(
 
 /// Whether the best method leads the tip along the targets, better than a nominal twin where there is one; without targets,
 /// whether the network makes the twin better.
-fn judged(predicted: &[PredictedPath], tracked: &[Tracked]) -> Verdict {
+fn assess(predicted: &[PredictedPath], tracked: &[Tracked]) -> Verdict {
     let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
     let mut methods: Vec<Method> = Vec::new();
     tracked.iter().for_each(|it| {
@@ -176,7 +176,7 @@ fn judged(predicted: &[PredictedPath], tracked: &[Tracked]) -> Verdict {
     let best = methods.iter().copied().min_by(|a, b| nrmse(*a).total_cmp(&nrmse(*b)));
     let rms = |of: fn(&PredictedPath) -> f64| mean(predicted.iter().map(of).collect());
     let network = (!predicted.is_empty()).then(|| rms(|it| it.with.rmse_m) / rms(|it| it.without.rmse_m));
-    let mut judged = match best {
+    let mut assessment = match best {
         Some(method) => Verdict::on(format!("the tip follows the targets by the method {}", method.name())),
         None => Verdict::on("the twin with its network foresees paths that it has not learned from"),
     };
@@ -184,7 +184,7 @@ fn judged(predicted: &[PredictedPath], tracked: &[Tracked]) -> Verdict {
         let (share, n) = (nrmse(method), of(method).count());
         let left = of(method).filter(|it| !it.is_carried_out()).count() as f64 / n.max(1) as f64;
         let outside = of(method).map(|it| it.extrapolating).fold(0.0, f64::max);
-        judged = judged
+        assessment = assessment
             .because(
                 Criterion::ErrorOverTarget,
                 share,
@@ -204,9 +204,9 @@ fn judged(predicted: &[PredictedPath], tracked: &[Tracked]) -> Verdict {
                 outside,
                 format!("a network is outside its training in up to {:.0} % of the samples", 100.0 * outside),
             );
-        judged = compared(judged, ("error of the tip", "mm"), &errors, Method::Nominal.name());
+        assessment = compared(assessment, ("error of the tip", "mm"), &errors, Method::Nominal.name());
     }
-    judged
+    assessment
         .because_of(Criterion::ErrorOverBaseline, network, |ratio| {
             format!("with its network the twin has {:.0} % of the error without", 100.0 * ratio)
         })

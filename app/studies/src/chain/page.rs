@@ -26,7 +26,7 @@ pub(super) fn write(
     register_embedded_font()?;
     write_metrics(out, outcome)?;
     let title = format!("Study {}", study.name);
-    let mut page = Page::judged(&title, &outcome.verdict, text::ABOUT, &outcome.command);
+    let mut page = Page::with_verdict(&title, &outcome.verdict, text::ABOUT, &outcome.command);
     page.paragraph(&text::rig(study));
     if let Some(track) = &study.track {
         text::outcome(&mut page, track, &outcome.tracked);

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Context;
 use crate::shared::outputs::{OutputLock, Outputs};
-use crate::shared::verdict::{Judged, Kind};
+use crate::shared::verdict::{AssessedParameter, Kind};
 
 /// Where results go.
 #[derive(Debug, Clone)]
@@ -147,8 +147,8 @@ impl Row {
 }
 
 /// As a verdict asks for them; an offset is none of the sizes that zero would abolish.
-pub(crate) fn judged<'a>(rows: &'a [Row], consequence: Option<&'static str>) -> Vec<Judged<'a>> {
-    let judged = |row: &'a Row| Judged {
+pub(crate) fn assessed<'a>(rows: &'a [Row], consequence: Option<&'static str>) -> Vec<AssessedParameter<'a>> {
+    let assessed = |row: &'a Row| AssessedParameter {
         name: row.name.clone(),
         value: row.value,
         standard_error: row.standard_error,
@@ -156,7 +156,7 @@ pub(crate) fn judged<'a>(rows: &'a [Row], consequence: Option<&'static str>) -> 
         kind: if row.name.contains("offset") { Kind::Place } else { Kind::Size },
         consequence,
     };
-    rows.iter().map(judged).collect()
+    rows.iter().map(assessed).collect()
 }
 
 /// Standard deviation, which a prediction by the mean is off by.

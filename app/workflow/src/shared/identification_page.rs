@@ -179,7 +179,7 @@ pub(crate) fn begin<T: Outcome>(
     (title, about, command): (&str, &str, &str),
 ) -> anyhow::Result<Page> {
     folder.write_metrics(outcome)?;
-    Ok(Page::judged(title, verdict, about, command))
+    Ok(Page::with_verdict(title, verdict, about, command))
 }
 
 /// Ends a page with the warnings about the recordings, and writes it.

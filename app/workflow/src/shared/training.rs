@@ -66,9 +66,9 @@ pub(crate) fn verdict(reports: &[FitReport]) -> Verdict {
     let claim =
         format!("the network is off by {} {unit} on recordings that it did not learn from", digits(mean));
     let worst = compared.iter().max_by(|a, b| (a.0 / a.1).total_cmp(&(b.0 / b.1)));
-    let mut judged = Verdict::on(claim);
+    let mut assessment = Verdict::on(claim);
     if let Some((network, baseline, name)) = worst {
-        judged = judged.because(
+        assessment = assessment.because(
             Criterion::ErrorOverBaseline,
             ratio(*network, *baseline),
             format!(
@@ -83,11 +83,11 @@ pub(crate) fn verdict(reports: &[FitReport]) -> Verdict {
         (training > 0.0).then_some(validation / training)
     };
     let largest = reports.iter().filter_map(overfit).max_by(f64::total_cmp);
-    judged = judged.because_of(Criterion::HeldOutOverFitted, largest, |ratio| {
+    assessment = assessment.because_of(Criterion::HeldOutOverFitted, largest, |ratio| {
         format!("the error in validation is {} times that in training", digits(ratio))
     });
     let n = reports.iter().map(|report| report.validation.len()).min().unwrap_or(0);
-    repeated(judged, n, "recording in validation").verdict()
+    repeated(assessment, n, "recording in validation").verdict()
 }
 
 impl TrainingPage<'_> {
@@ -96,7 +96,7 @@ impl TrainingPage<'_> {
     /// # Errors
     /// Files that cannot be written.
     pub fn write(&self, folder: &ReportFolder) -> anyhow::Result<()> {
-        let mut page = Page::judged(self.title, self.verdict, &self.about, self.command);
+        let mut page = Page::with_verdict(self.title, self.verdict, &self.about, self.command);
         self.warnings.iter().for_each(|warning| page.paragraph(&format!("Warning: {warning}.")));
         for (number, report) in self.networks.iter().enumerate() {
             if self.networks.len() > 1 {

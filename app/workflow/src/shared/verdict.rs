@@ -1,10 +1,10 @@
 //! Assessment of a fit's estimates for and against its use; the limits are in `hysteron_report::verdict`.
 
 use hysteron_fit::{Identifiability, IdentifiedParameter};
-use hysteron_report::verdict::{Criterion, Judgement, Reason, Verdict};
+use hysteron_report::verdict::{Criterion, Reason, Verdict, VerdictBuilder};
 
 /// A parameter after a fit, as a verdict asks for it.
-pub struct Judged<'a> {
+pub struct AssessedParameter<'a> {
     /// Name, for people.
     pub name: String,
     /// Its value.
@@ -28,7 +28,7 @@ pub enum Kind {
     Place,
 }
 
-impl<'a> Judged<'a> {
+impl<'a> AssessedParameter<'a> {
     /// An estimate of a fit.
     pub fn new(
         name: String,
@@ -46,14 +46,14 @@ impl<'a> Judged<'a> {
 }
 
 /// Adds the reasons from the parameters of a fit.
-pub fn parameters(assessment: Judgement, judged: &[Judged]) -> Judgement {
-    if judged.is_empty() {
+pub fn parameters(assessment: VerdictBuilder, assessed: &[AssessedParameter]) -> VerdictBuilder {
+    if assessed.is_empty() {
         return assessment;
     }
-    let share = |names: &[&str]| names.len() as f64 / judged.len() as f64;
+    let share = |names: &[&str]| names.len() as f64 / assessed.len() as f64;
     let on_bound: Vec<&str> =
-        (judged.iter().filter(|judged| *judged.identifiability == Identifiability::AtBound))
-            .map(|judged| &judged.name[..])
+        (assessed.iter().filter(|assessed| *assessed.identifiability == Identifiability::AtBound))
+            .map(|assessed| &assessed.name[..])
             .collect();
     let assessment = assessment.because(
         Criterion::ParametersOnBound,
@@ -63,9 +63,9 @@ pub fn parameters(assessment: Judgement, judged: &[Judged]) -> Judgement {
             names => format!("{} ended on a bound, which the data did not choose", names.join(", ")),
         },
     );
-    let open: Vec<&Judged> = judged.iter().filter(|judged| judged.is_open()).collect();
-    let names: Vec<&str> = open.iter().map(|judged| &judged.name[..]).collect();
-    let mut consequences: Vec<&str> = open.iter().filter_map(|judged| judged.consequence).collect();
+    let open: Vec<&AssessedParameter> = assessed.iter().filter(|assessed| assessed.is_open()).collect();
+    let names: Vec<&str> = open.iter().map(|assessed| &assessed.name[..]).collect();
+    let mut consequences: Vec<&str> = open.iter().filter_map(|assessed| assessed.consequence).collect();
     consequences.dedup();
     let assessment = assessment.because(
         Criterion::ParametersUndetermined,
@@ -80,11 +80,11 @@ pub fn parameters(assessment: Judgement, judged: &[Judged]) -> Judgement {
             .join(": "),
         },
     );
-    let relative = |judged: &Judged| {
-        let error = judged.standard_error.filter(|_| judged.kind == Kind::Size && !judged.is_open())?;
-        Some((error / judged.value.abs(), judged.name.clone()))
+    let relative = |assessed: &AssessedParameter| {
+        let error = assessed.standard_error.filter(|_| assessed.kind == Kind::Size && !assessed.is_open())?;
+        Some((error / assessed.value.abs(), assessed.name.clone()))
     };
-    let worst = judged.iter().filter_map(relative).max_by(|a, b| a.0.total_cmp(&b.0));
+    let worst = assessed.iter().filter_map(relative).max_by(|a, b| a.0.total_cmp(&b.0));
     match worst {
         Some((error, name)) => assessment.because(
             Criterion::RelativeStandardError,
@@ -102,11 +102,11 @@ pub fn ratio(error: f64, baseline: f64) -> f64 {
 
 /// Adds how the best of several methods compares with the `baseline` among them; `what` is measured, in `unit`.
 pub fn compared(
-    assessment: Judgement,
+    assessment: VerdictBuilder,
     (what, unit): (&str, &str),
     methods: &[(String, f64)],
     baseline: &str,
-) -> Judgement {
+) -> VerdictBuilder {
     let simple = methods.iter().find(|(name, _)| name == baseline);
     let others = methods.iter().filter(|(name, error)| name != baseline && !error.is_nan());
     let best = others.min_by(|a, b| a.1.total_cmp(&b.1));
@@ -121,7 +121,7 @@ pub fn compared(
 }
 
 /// Adds how often a result was repeated with another seed, robot or recording: `what`, counted.
-pub fn repeated(assessment: Judgement, repeats: usize, what: &str) -> Judgement {
+pub fn repeated(assessment: VerdictBuilder, repeats: usize, what: &str) -> VerdictBuilder {
     let statement = match repeats {
         1 => format!("a single {what} does not show the scatter"),
         n => format!("number of repeats, each another {what}: {n}"),
@@ -170,11 +170,11 @@ mod tests {
     }
 
     fn verdict_of(estimates: &[IdentifiedParameter], consequence: Option<&'static str>) -> Verdict {
-        let judged: Vec<Judged> = estimates
+        let assessed: Vec<AssessedParameter> = estimates
             .iter()
-            .map(|estimate| Judged::new(estimate.name.clone(), estimate, Kind::Size, consequence))
+            .map(|estimate| AssessedParameter::new(estimate.name.clone(), estimate, Kind::Size, consequence))
             .collect();
-        parameters(Verdict::on("it holds"), &judged).verdict()
+        parameters(Verdict::on("it holds"), &assessed).verdict()
     }
 
     #[test]
@@ -198,8 +198,8 @@ mod tests {
     fn a_comparison_is_with_the_baseline_and_reports_a_single_seed() {
         let methods = |best: f64| [("mean".to_owned(), 2.0), ("network".to_owned(), best)];
         let verdict_of = |best: f64, seeds: usize| {
-            let judged = compared(Verdict::on("it holds"), ("error", "N"), &methods(best), "mean");
-            repeated(judged, seeds, "seed").verdict()
+            let assessed = compared(Verdict::on("it holds"), ("error", "N"), &methods(best), "mean");
+            repeated(assessed, seeds, "seed").verdict()
         };
         assert_eq!(verdict_of(1.0, 3).usability, Usability::Usable);
         assert_eq!(verdict_of(1.0, 1).usability, Usability::UsableWithCare);

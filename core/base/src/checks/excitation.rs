@@ -132,9 +132,9 @@ fn noisy_tip(recordings: &[(&str, &Recording)]) -> Option<Warning> {
         axes.map(|axis| (range(axis.iter().copied()), noise(axis))).max_by(|a, b| a.0.total_cmp(&b.0))
     };
     // Of rows slower than the motion, what differs between neighbours is motion.
-    let is_judged =
+    let is_assessed =
         |recording: &Recording| recording.n_samples() >= MIN_ROWS && resolves_motion(recording.time());
-    let long = recordings.iter().filter(|(_, recording)| is_judged(recording));
+    let long = recordings.iter().filter(|(_, recording)| is_assessed(recording));
     let measured: Vec<(f64, f64)> = long.filter_map(|(_, recording)| of(recording)).collect();
     let (width, deviation) = measured.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
     let ratio = width / deviation;

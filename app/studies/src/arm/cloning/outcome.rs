@@ -88,7 +88,7 @@ impl Outcome {
         Self {
             format: MetricsFormat,
             version: 1,
-            verdict: judged(&rows, study.policies),
+            verdict: assess(&rows, study.policies),
             study,
             rows,
             published: published.to_vec(),
@@ -102,7 +102,7 @@ impl Outcome {
 const BASELINE: &str = "plan and positions";
 
 /// Whether observing more than plan and positions fails less often; experts and goals as planned are no policies.
-fn judged(rows: &[Row], n_policies: usize) -> Verdict {
+fn assess(rows: &[Row], n_policies: usize) -> Verdict {
     let failures = |row: &Row| (row.method.clone(), 1.0 - row.rate);
     let of = |task: Task| -> Vec<(String, f64)> {
         let is_policy = |row: &&Row| row.method == BASELINE || row.method.contains("with the");
@@ -110,7 +110,8 @@ fn judged(rows: &[Row], n_policies: usize) -> Verdict {
         policies.map(failures).collect()
     };
     let claim = "policies that observe a force handle objects of unknown mass better than those that see plan and positions alone";
-    let judged = compared(Verdict::on(claim), ("share of failures, place", ""), &of(Task::Place), BASELINE);
-    let judged = compared(judged, ("share of failures, stay", ""), &of(Task::Stay), BASELINE);
-    repeated(judged, n_policies, "seed").verdict()
+    let assessment =
+        compared(Verdict::on(claim), ("share of failures, place", ""), &of(Task::Place), BASELINE);
+    let assessment = compared(assessment, ("share of failures, stay", ""), &of(Task::Stay), BASELINE);
+    repeated(assessment, n_policies, "seed").verdict()
 }

@@ -14,7 +14,7 @@ pub(super) fn write(folder: &Path, outcome: &Outcome) -> anyhow::Result<()> {
     let text = "Success rates of policies that put an object of unknown mass in place, or hold it there, on the virtual arm. All rows are \
                 tried on the same trials. Printed for a real arm, of 40 trials: place 32 without force and 37 with it, stay 34 and 38.";
     let title = "Behaviour cloning with and without a force";
-    let mut page = Page::judged(title, &outcome.verdict, text, &outcome.command);
+    let mut page = Page::with_verdict(title, &outcome.verdict, text, &outcome.command);
     page.heading("Results");
     let headings = [
         "Task",

@@ -79,7 +79,7 @@ impl Outcome {
             format: MetricsFormat,
             version: 1,
             study: "force".to_owned(),
-            verdict: judged(study),
+            verdict: assess(study),
             about,
             tasks: TASKS.map(str::to_owned).to_vec(),
             arms: study.cells.len(),
@@ -129,14 +129,14 @@ pub(super) fn row(study: &ForceStudy, method: usize, shown: Shown) -> Vec<Option
 }
 
 /// Verdict on the best estimator, compared with the estimate zero.
-fn judged(study: &ForceStudy) -> Verdict {
+fn assess(study: &ForceStudy) -> Verdict {
     let mean = |method: usize| row(study, method, |row| row.norm_n).last().copied().flatten();
     let errors: Vec<(String, f64)> = METHODS
         .iter()
         .enumerate()
         .filter_map(|(method, name)| Some(((*name).to_owned(), mean(method)?[0])))
         .collect();
-    let judged = Verdict::on("forces at the tip can be estimated without a sensor");
-    let judged = compared(judged, ("error where a force acts", "N"), &errors, METHODS[0]);
-    repeated(judged, study.cells.len(), "arm").verdict()
+    let assessment = Verdict::on("forces at the tip can be estimated without a sensor");
+    let assessment = compared(assessment, ("error where a force acts", "N"), &errors, METHODS[0]);
+    repeated(assessment, study.cells.len(), "arm").verdict()
 }

@@ -25,7 +25,7 @@ pub(super) fn write(folder: &Path, study: &ForceStudy, outcome: &Outcome) -> any
     register_embedded_font()?;
     write_metrics(folder, outcome)?;
     let (title, source) = ("Force at the tip without a sensor", "study of forces without a sensor");
-    let mut page = Page::judged(title, &outcome.verdict, source, &outcome.command);
+    let mut page = Page::with_verdict(title, &outcome.verdict, source, &outcome.command);
     page.paragraph(&outcome.about);
     page.paragraph(
         "Motors, friction, noise and thresholds are identified on contact-free training trajectories of the same arm; the bodies are the \

@@ -81,7 +81,7 @@ impl Outcome {
             format: MetricsFormat,
             version: 1,
             study: "identification".to_owned(),
-            verdict: judged(&scara, study.options.seeds as usize),
+            verdict: assess(&scara, study.options.seeds as usize),
             options: study.options,
             franka: franka.map(|cell| FrankaResult { rows: cell.rows.clone(), ridge: cell.ridge }),
             scara,
@@ -126,15 +126,15 @@ impl ScaraMethod {
 }
 
 /// Whether the best method finds the curve of friction better than Coulomb's law by least squares.
-fn judged(methods: &[ScaraMethod], seeds: usize) -> Verdict {
+fn assess(methods: &[ScaraMethod], seeds: usize) -> Verdict {
     let of = |joint: usize| -> Vec<(String, f64)> {
         let of_joint = methods.iter().filter(|method| method.joint == joint);
         of_joint.map(|method| (method.method.clone(), method.single_rms_n_m)).collect()
     };
-    let judged =
-        (1..=2).fold(Verdict::on("friction can be identified from single trials"), |judged, joint| {
+    let assessment =
+        (1..=2).fold(Verdict::on("friction can be identified from single trials"), |assessment, joint| {
             let what = format!("joint {joint}, error of the curve");
-            compared(judged, (&what, "N m"), &of(joint), "least-squares-coulomb")
+            compared(assessment, (&what, "N m"), &of(joint), "least-squares-coulomb")
         });
-    repeated(judged, seeds, "seed").verdict()
+    repeated(assessment, seeds, "seed").verdict()
 }

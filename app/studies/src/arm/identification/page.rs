@@ -23,7 +23,7 @@ pub(super) fn write(folder: &Path, study: &IdentificationStudy, outcome: &Outcom
     register_embedded_font()?;
     write_metrics(folder, outcome)?;
     let (title, source) = ("Identification, method by method", "study of identification");
-    let mut page = Page::judged(title, &outcome.verdict, source, &outcome.command);
+    let mut page = Page::with_verdict(title, &outcome.verdict, source, &outcome.command);
     if let Some(cell) = &study.franka {
         franka(folder, &mut page, cell)?;
     }

@@ -116,7 +116,7 @@ impl Outcome {
         Self {
             format: MetricsFormat,
             version: 1,
-            verdict: judged(&study, &means),
+            verdict: assess(&study, &means),
             study,
             means,
             command: context.command.clone(),
@@ -179,30 +179,35 @@ impl Means {
 }
 
 /// Whether the best model does better than the simplest: a feed-forward network of simulated arms, the first row of recorded ones.
-fn judged(study: &Study, means: &[Means]) -> Verdict {
+fn assess(study: &Study, means: &[Means]) -> Verdict {
     match study {
         Study::Simulated(Simulated { study, .. }) => {
             let errors: Vec<(String, f64)> =
                 means.iter().map(|mean| (mean.variant.label().to_owned(), mean.mse[0].sqrt())).collect();
             let simplest = Variant::FeedForward.label();
-            let judged =
+            let assessment =
                 Verdict::on("a model of the DeLaN family gives torques better than a feed-forward network");
-            let judged = compared(judged, ("error of the torques", "N m"), &errors, simplest);
-            repeated(judged, study.seeds as usize, "seed").verdict()
+            let assessment = compared(assessment, ("error of the torques", "N m"), &errors, simplest);
+            repeated(assessment, study.seeds as usize, "seed").verdict()
         }
         Study::Recorded(Recorded { tables, left_out, .. }) => {
             let claim =
                 "the best model gives the torques of recorded arms better than the rigid body as identified";
-            let judged = tables.iter().fold(Verdict::on(claim), |judged, table| {
+            let assessment = tables.iter().fold(Verdict::on(claim), |assessment, table| {
                 let errors: Vec<(String, f64)> =
                     table.rows.iter().map(|row| (row.name.clone(), row.sum_mse.sqrt())).collect();
                 let simplest = errors.first().map_or("", |row| &row.0[..]);
-                compared(judged, (&format!("{}, error of the torques", table.set), "N m"), &errors, simplest)
+                compared(
+                    assessment,
+                    (&format!("{}, error of the torques", table.set), "N m"),
+                    &errors,
+                    simplest,
+                )
             });
             let n = tables.len() + left_out.len();
             let missing = left_out.len() as f64 / n.max(1) as f64;
             let statement = format!("{} of {n} sets of recordings are not there", left_out.len());
-            judged.because(Criterion::Missing, missing, statement).verdict()
+            assessment.because(Criterion::Missing, missing, statement).verdict()
         }
     }
 }

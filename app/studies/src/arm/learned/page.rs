@@ -41,7 +41,7 @@ pub(super) fn write(folder: &Path, outcome: &Outcome, series: &[TorqueSeries]) -
     register_embedded_font()?;
     write_metrics(folder, outcome)?;
     let (title, source) = ("Learned inverse dynamics", "study of learned inverse dynamics");
-    let mut page = Page::judged(title, &outcome.verdict, source, &outcome.command);
+    let mut page = Page::with_verdict(title, &outcome.verdict, source, &outcome.command);
     match &outcome.study {
         Study::Simulated(study) => simulated(folder, &mut page, study, &outcome.means)?,
         Study::Recorded(Recorded { tables, left_out, .. }) => {

@@ -43,7 +43,7 @@ impl Outcome {
             format: MetricsFormat,
             version: 1,
             study: "neural".to_owned(),
-            verdict: judged(study),
+            verdict: assess(study),
             about,
             cells: without_traces(study),
             command: context.command.clone(),
@@ -74,14 +74,14 @@ pub(super) fn over_seeds<C>(cells: &[C], of: &dyn Fn(&C) -> Option<f64>) -> Opti
 }
 
 /// Whether the network in pure simulation does better than goals that are copied with a fitted lag and droop.
-fn judged(study: &NeuralStudy) -> Verdict {
+fn assess(study: &NeuralStudy) -> Verdict {
     let error =
         |method: usize| over_seeds(&study.published, &|cell| cell.mean_deg.values()[method].steps_500);
     let errors: Vec<(String, f64)> = [1, 3]
         .into_iter()
         .filter_map(|method| Some((METHODS[method].to_owned(), error(method)?.0)))
         .collect();
-    let judged = Verdict::on("an actuator learned from telemetry simulates the arm");
-    let judged = compared(judged, ("error of the joints, 500 steps", "deg"), &errors, METHODS[3]);
-    repeated(judged, study.published.len(), "seed").verdict()
+    let assessment = Verdict::on("an actuator learned from telemetry simulates the arm");
+    let assessment = compared(assessment, ("error of the joints, 500 steps", "deg"), &errors, METHODS[3]);
+    repeated(assessment, study.published.len(), "seed").verdict()
 }

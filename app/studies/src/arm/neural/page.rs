@@ -29,7 +29,7 @@ pub(super) fn write(folder: &Path, study: &NeuralStudy, outcome: &Outcome) -> an
     register_embedded_font()?;
     write_metrics(folder, outcome)?;
     let (title, source) = ("Actuators learned from telemetry", "study of learned actuators");
-    let mut page = Page::judged(title, &outcome.verdict, source, &outcome.command);
+    let mut page = Page::with_verdict(title, &outcome.verdict, source, &outcome.command);
     page.paragraph(&outcome.about);
     page.paragraph(
         "Mean over seeds of the networks ± half of the 95 % interval of that mean. In brackets what Dou et al. (NeuralActuator) print, of their \

@@ -101,7 +101,7 @@ impl Outcome {
             format: MetricsFormat,
             version: 1,
             study: "scara".to_owned(),
-            verdict: judged(study),
+            verdict: assess(study),
             options: study.options,
             friction: friction.collect(),
             teaching: teaching.collect(),
@@ -114,16 +114,17 @@ impl Outcome {
 }
 
 /// Whether the best model of friction estimates external torques better than Coulomb's law, and better than nothing.
-fn judged(study: &ScaraStudy) -> Verdict {
+fn assess(study: &ScaraStudy) -> Verdict {
     let teaching = &study.teaching;
     let mean = |errors: &[f64; 2]| (errors.iter().map(|e| e * e).sum::<f64>() / 2.0).sqrt();
     let errors: Vec<(String, f64)> =
         teaching.rows.iter().map(|row| (row.method.clone(), mean(&row.rmse_n_m))).collect();
-    let judged = Verdict::on("external torques can be estimated with identified friction");
-    let judged = compared(judged, ("error of the external torque", "N m"), &errors, "least-squares-coulomb");
+    let assessment = Verdict::on("external torques can be estimated with identified friction");
+    let assessment =
+        compared(assessment, ("error of the external torque", "N m"), &errors, "least-squares-coulomb");
     let least = errors.iter().map(|row| row.1).fold(f64::INFINITY, f64::min);
     let share = least / mean(&teaching.truth_deviation_n_m);
     let statement = format!("the least error is {:.0} % of the deviation of the true torques", 100.0 * share);
-    repeated(judged.because(Criterion::ErrorOverSpread, share, statement), study.options.trials, "trial")
+    repeated(assessment.because(Criterion::ErrorOverSpread, share, statement), study.options.trials, "trial")
         .verdict()
 }

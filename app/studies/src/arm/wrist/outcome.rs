@@ -85,7 +85,7 @@ impl Outcome {
             format: MetricsFormat,
             version: 1,
             study: "wrist".to_owned(),
-            verdict: judged(study),
+            verdict: assess(study),
             cells: study.cells.iter().map(WristResult::of).collect(),
             simulated_rms: SimulatedErrors {
                 noise: noise.rms.clone(),
@@ -118,15 +118,16 @@ impl WristResult {
 }
 
 /// Whether the best observer does better than the motors' torque taken as it is.
-fn judged(study: &WristStudy) -> Verdict {
+fn assess(study: &WristStudy) -> Verdict {
     let cells: Vec<&WristCell> = study.cells.iter().filter(|cell| cell.drift == 0.0).collect();
     let mean = |method: usize| means(&cells, method)[0].iter().sum::<f64>() / 2.0;
     let errors: Vec<(String, f64)> =
         METHODS.iter().enumerate().map(|(k, name)| ((*name).to_owned(), mean(k))).collect();
-    let judged = Verdict::on("interaction torques can be estimated from the motors");
-    let judged = compared(judged, ("mean error without drift of friction", "N m"), &errors, METHODS[0]);
+    let assessment = Verdict::on("interaction torques can be estimated from the motors");
+    let assessment =
+        compared(assessment, ("mean error without drift of friction", "N m"), &errors, METHODS[0]);
     let seeds: std::collections::BTreeSet<u64> = cells.iter().map(|cell| cell.seed).collect();
-    repeated(judged, seeds.len(), "seed").verdict()
+    repeated(assessment, seeds.len(), "seed").verdict()
 }
 
 /// Means over the seeds, joints 1 and 2: error [N m], percent.

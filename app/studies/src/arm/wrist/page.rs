@@ -18,7 +18,7 @@ pub(super) fn write(folder: &Path, study: &WristStudy, outcome: &Outcome) -> any
     register_embedded_font()?;
     write_metrics(folder, outcome)?;
     let title = "Interaction torques of a wrist exoskeleton";
-    let mut page = Page::judged(title, &outcome.verdict, "study of external torques", &outcome.command);
+    let mut page = Page::with_verdict(title, &outcome.verdict, "study of external torques", &outcome.command);
     page.paragraph(
         "Simulated: table 3, column C of Saadatzi et al. (2019), made feasible, with bristles as friction, encoders of 30 000 steps a turn \
          and a torque constant 1 % too large. The estimators identify themselves from the paper's swept sine at nominal friction. \

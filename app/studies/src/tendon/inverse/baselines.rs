@@ -40,16 +40,16 @@ fn points(tips: &[TipPosition]) -> Vec<PathPoint> {
 ///
 /// # Errors
 /// Tips that do not move.
-pub fn all(known: &Dataset, judged: &[&Demonstration]) -> Result<[InverseBaseline; 3]> {
-    let [plain, delayed] = regressions(known, judged)?;
-    Ok([plain, delayed, kernel(known, judged)?])
+pub fn all(known: &Dataset, test: &[&Demonstration]) -> Result<[InverseBaseline; 3]> {
+    let [plain, delayed] = regressions(known, test)?;
+    Ok([plain, delayed, kernel(known, test)?])
 }
 
 /// The cubic regression of the strokes on the tip some time later: without delay, and with the best.
 ///
 /// # Errors
 /// Tips that do not move.
-fn regressions(known: &Dataset, judged: &[&Demonstration]) -> Result<[InverseBaseline; 2]> {
+fn regressions(known: &Dataset, test: &[&Demonstration]) -> Result<[InverseBaseline; 2]> {
     let fitted = |delay: f64| -> Result<StaticRegression> {
         let paths: Vec<Vec<PathPoint>> =
             known.training.iter().map(|one| ahead(&points(&one.tip), delay / known.step)).collect();
@@ -76,7 +76,7 @@ fn regressions(known: &Dataset, judged: &[&Demonstration]) -> Result<[InverseBas
         }
     }
     let baseline = |delay_s: f64| {
-        Ok::<InverseBaseline, anyhow::Error>(InverseBaseline { error: error(delay_s, judged)?, delay_s })
+        Ok::<InverseBaseline, anyhow::Error>(InverseBaseline { error: error(delay_s, test)?, delay_s })
     };
     Ok([baseline(0.0)?, baseline(best.1)?])
 }
@@ -94,7 +94,7 @@ struct KernelSetting {
 ///
 /// # Errors
 /// A kernel matrix that has no factor.
-fn kernel(known: &Dataset, judged: &[&Demonstration]) -> Result<InverseBaseline> {
+fn kernel(known: &Dataset, test: &[&Demonstration]) -> Result<InverseBaseline> {
     let training: Vec<&Demonstration> = known.training.iter().collect();
     let validation: Vec<&Demonstration> = known.validation.iter().collect();
     let error = |setting: KernelSetting, rows: usize, all: &[&Demonstration]| -> Result<f64> {
@@ -120,7 +120,7 @@ fn kernel(known: &Dataset, judged: &[&Demonstration]) -> Result<InverseBaseline>
         }
     }
     let (_, setting) = best.context("no delay to choose from")?;
-    Ok(InverseBaseline { error: error(setting, FIT_ROWS, judged)?, delay_s: setting.delay })
+    Ok(InverseBaseline { error: error(setting, FIT_ROWS, test)?, delay_s: setting.delay })
 }
 
 /// Features and strokes, row by row.
@@ -205,11 +205,11 @@ mod tests {
     fn baselines_find_a_delay_and_what_is_left_is_little() {
         let all = vec![late("a", 0.0, 15.0), late("b", 1.0, 15.0), late("c", 2.0, 15.0)];
         let known = Dataset::new(all, &["c".to_owned()], 1).unwrap();
-        let judged = late("d", 3.0, 15.0);
-        let [without, with] = regressions(&known, &[&judged]).unwrap();
+        let test = late("d", 3.0, 15.0);
+        let [without, with] = regressions(&known, &[&test]).unwrap();
         assert!((with.delay_s - 0.15).abs() < 1e-12, "{}", with.delay_s);
         assert!(with.error < 0.2 * without.error, "{} {}", with.error, without.error);
-        let kernel = kernel(&known, &[&judged]).unwrap();
+        let kernel = kernel(&known, &[&test]).unwrap();
         // Two tips determine a direction, so that it can do with another delay.
         assert!(kernel.error < 0.3 * without.error, "{} {}", kernel.error, without.error);
     }

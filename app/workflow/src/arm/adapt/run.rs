@@ -70,7 +70,7 @@ fn adapt(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         "joints in pure simulation of these recordings: {before:.3}° before, {after:.3}° after (mean absolute error): {}",
         options.out.display()
     ));
-    let judged = Verdict::on(format!("joints of the changed arm are simulated within {after:.2}°")).because(
+    let assessment = Verdict::on(format!("joints of the changed arm are simulated within {after:.2}°")).because(
         Criterion::ErrorOverBaseline,
         verdict::ratio(after, before),
         format!("joints are off by {after:.3}° adapted, {before:.3}° as the actuator was, on the recordings that it was adapted to"),
@@ -79,7 +79,7 @@ fn adapt(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         before_deg: before,
         after_deg: after,
         actuator: options.out.clone(),
-        verdict: verdict::repeated(judged, trajectories.len(), "recording").verdict(),
+        verdict: verdict::repeated(assessment, trajectories.len(), "recording").verdict(),
         recording_warnings: findings.into_warnings(),
         held_joints: held_joints(&model),
     })

@@ -6,8 +6,8 @@ use hysteron_base::BadInput;
 use hysteron_report::verdict::{Criterion, Verdict};
 
 use super::outcome::ServoEstimates;
-use crate::shared::identification::{Row, deviation, estimates, judged};
-use crate::shared::verdict::{Judged, parameters};
+use crate::shared::identification::{Row, assessed, deviation, estimates};
+use crate::shared::verdict::{AssessedParameter, parameters};
 
 /// Result of identifying a servo, or the reason why there is none.
 pub(super) struct IdentifiedPulley {
@@ -48,10 +48,13 @@ impl IdentifiedPulley {
     }
 
     /// Everything that was found, by name and servo.
-    fn judged(&self) -> Vec<Judged<'_>> {
-        judged(&self.rows, Some("it is assumed, not measured"))
+    fn assessed(&self) -> Vec<AssessedParameter<'_>> {
+        assessed(&self.rows, Some("it is assumed, not measured"))
             .into_iter()
-            .map(|judged| Judged { name: format!("{} of servo {}", judged.name, self.number), ..judged })
+            .map(|assessed| AssessedParameter {
+                name: format!("{} of servo {}", assessed.name, self.number),
+                ..assessed
+            })
             .collect()
     }
 
@@ -75,8 +78,8 @@ pub(super) fn verdict(found: &[IdentifiedPulley]) -> Verdict {
     };
     let worst = found.iter().filter_map(share).max_by(|a, b| a.0.total_cmp(&b.0));
     let fitted = found.iter().filter(|servo| servo.pulley.is_ok());
-    let rows: Vec<Judged> = fitted.flat_map(IdentifiedPulley::judged).collect();
-    let judged = Verdict::on(format!("friction and backlash of {} servos are known", found.len() - none))
+    let rows: Vec<AssessedParameter> = fitted.flat_map(IdentifiedPulley::assessed).collect();
+    let assessed = Verdict::on(format!("friction and backlash of {} servos are known", found.len() - none))
         .because(
             Criterion::Missing,
             none as f64 / found.len().max(1) as f64,
@@ -86,7 +89,7 @@ pub(super) fn verdict(found: &[IdentifiedPulley]) -> Verdict {
             let number = worst.map_or(0, |worst| worst.1);
             format!("the error of servo {number} is {:.0} % of the deviation of its friction", 100.0 * share)
         });
-    parameters(judged, &rows).verdict()
+    parameters(assessed, &rows).verdict()
 }
 
 /// Root of the mean square.

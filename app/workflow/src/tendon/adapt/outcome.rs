@@ -91,7 +91,7 @@ impl Outcome {
         Self {
             format: MetricsFormat,
             version: 1,
-            verdict: judged(adapted),
+            verdict: assess(adapted),
             kept: adapted.kept,
             held_out: held_out.collect(),
             blocks: blocks.collect(),
@@ -111,7 +111,7 @@ impl Outcome {
 }
 
 /// Whether what was kept does better, on blocks that were held out, than the twin as it was.
-fn judged(adapted: &Adapted) -> Verdict {
+fn assess(adapted: &Adapted) -> Verdict {
     let held_out = |parts: AdaptedParts| {
         adapted.held_out_m.iter().find(|(kept, _)| *kept == parts).map_or(f64::NAN, |(_, rms)| *rms)
     };
@@ -132,14 +132,14 @@ fn judged(adapted: &Adapted) -> Verdict {
         ),
     };
     let outside = adapted.motions.iter().map(|motion| motion.extrapolating).fold(0.0, f64::max);
-    let judged = Verdict::on(format!("the twin of the changed robot is off by {}", mm(after)))
+    let assessment = Verdict::on(format!("the twin of the changed robot is off by {}", mm(after)))
         .because(Criterion::ErrorOverBaseline, verdict::ratio(after, before), statement)
         .because(
             Criterion::OutsideTraining,
             outside,
             format!("up to {:.0} % of a recording is outside the network's training", 100.0 * outside),
         );
-    verdict::repeated(judged, adapted.blocks.len(), "block that was held out").verdict()
+    verdict::repeated(assessment, adapted.blocks.len(), "block that was held out").verdict()
 }
 
 /// Description of the parts that would be kept.

@@ -110,7 +110,7 @@ impl Outcome {
         Self {
             format: MetricsFormat,
             version: 1,
-            verdict: judged(rows, commanded),
+            verdict: assess(rows, commanded),
             target: TargetSummary::new(target),
             recordings: rows.iter().map(RecordingScore::new).collect(),
             recording_warnings: findings.warnings().to_vec(),
@@ -155,21 +155,21 @@ fn repeatability(rows: &[Row]) -> BTreeMap<String, Repeatability> {
 }
 
 /// Whether the tip follows the target: of several results the best, over its repeats.
-fn judged(rows: &[Row], commanded: Option<&Commanded>) -> Verdict {
+fn assess(rows: &[Row], commanded: Option<&Commanded>) -> Verdict {
     let mean = |rows: &[Row], of: fn(&Row) -> f64| rows.iter().map(of).sum::<f64>() / rows.len() as f64;
     let nrmse = |rows: &[Row]| mean(rows, |row| row.score.nrmse.unwrap_or(f64::NAN));
     let best = results(rows).min_by(|a, b| nrmse(a).total_cmp(&nrmse(b))).unwrap_or(rows);
     let name = best.first().and_then(|row| row.result.as_deref());
     let name = name.map_or(String::new(), |name| format!(" by {name}, the best of these results,"));
     let (error, share) = (1e3 * mean(best, |row| row.score.rmse_m), nrmse(best));
-    let mut judged = Verdict::on(format!("the tip follows the target{name} within {error:.2} mm (RMSE)"))
+    let mut assessment = Verdict::on(format!("the tip follows the target{name} within {error:.2} mm (RMSE)"))
         .because(
             Criterion::ErrorOverTarget,
             share,
             format!("the tip is off by {error:.2} mm, {:.1} % of the target's size (NRMSE)", 100.0 * share),
         );
     if let Some(Commanded { extrapolating, limited, .. }) = commanded {
-        judged = judged
+        assessment = assessment
             .because(
                 Criterion::OutsideTraining,
                 *extrapolating,
@@ -184,5 +184,5 @@ fn judged(rows: &[Row], commanded: Option<&Commanded>) -> Verdict {
                 format!("strokes are limited in {:.0} % of the samples", 100.0 * limited),
             );
     }
-    judged.verdict()
+    assessment.verdict()
 }

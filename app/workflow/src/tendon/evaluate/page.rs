@@ -19,7 +19,7 @@ pub(super) fn write(
     let about = "How closely the tip followed the target, in the plane (x, y). RMSE and NRMSE by nearest points, averaged \
                  over x and y, and polygon IoU as in the CoReAct paper, section V-B; definitions in docs/control.md.";
     let mut page =
-        Page::judged(&format!("Target {}", target.name), &outcome.verdict, about, &outcome.command);
+        Page::with_verdict(&format!("Target {}", target.name), &outcome.verdict, about, &outcome.command);
     page.heading("Results");
     if let Some(Commanded { extrapolating, limited, .. }) = commanded {
         let percent = |part: f64| format!("{:.1} % of the samples", 100.0 * part);

@@ -19,7 +19,7 @@ pub(super) fn write(folder: &ReportFolder, outcome: &Outcome, finished: &Finishe
         outcome.robot, outcome.recordings, outcome.rows, outcome.residuals, outcome.effective_residuals,
     );
     let title = format!("{}: fitted parameters", outcome.robot);
-    let mut page = Page::judged(&title, &outcome.verdict, &about, &outcome.command);
+    let mut page = Page::with_verdict(&title, &outcome.verdict, &about, &outcome.command);
     page.table(
         &["Parameter", "Scene", "Fitted", "Standard error", "Bounds", "Believed within", "Identifiability"],
         rows(finished),

@@ -6,7 +6,7 @@ use hysteron_twin::RobotMotion;
 use hysteron_twin::fit::{Identifiability, IdentifiedParameter, MaterialFit, ParameterScale, Selected};
 
 use crate::shared::recording_checks::Findings;
-use crate::shared::verdict::{Judged, Kind, parameters};
+use crate::shared::verdict::{AssessedParameter, Kind, parameters};
 
 /// A fit with what it was asked and given.
 pub(super) struct FinishedFit<'a> {
@@ -40,13 +40,14 @@ impl FinishedFit<'_> {
     pub fn verdict(&self) -> Verdict {
         let (found, fit) = (self.found, &self.found.fit);
         let error = found.errors[1].distance;
-        let judged = |(selected, estimate)| {
+        let assessment = |(selected, estimate)| {
             let Selected { parameter, quantity, .. }: &Selected = selected;
             let kind = if parameter.scale == ParameterScale::Logarithmic { Kind::Size } else { Kind::Place };
             let consequence = consequence(quantity.name);
-            Judged::new(parameter.name.clone(), estimate, kind, consequence)
+            AssessedParameter::new(parameter.name.clone(), estimate, kind, consequence)
         };
-        let judged: Vec<Judged> = self.selected.iter().zip(&fit.estimates).map(judged).collect();
+        let assessment: Vec<AssessedParameter> =
+            self.selected.iter().zip(&fit.estimates).map(assessment).collect();
         let claim = format!("the fitted scene follows the measured tip within {:.2} mm (RMSE)", 1e3 * error);
         let spread = found.measured_spread;
         let strain = found.tensions.iter().zip(&self.tension_max).map(|(tension, most)| tension / most);
@@ -61,11 +62,11 @@ impl FinishedFit<'_> {
                 1e3 * spread
             ),
         );
-        parameters(verdict, &judged)
+        parameters(verdict, &assessment)
             .because(
                 Criterion::ParametersOverResiduals,
-                judged.len() as f64 / fit.n_effective,
-                format!("{} parameters from {:.0} independent residuals", judged.len(), fit.n_effective),
+                assessment.len() as f64 / fit.n_effective,
+                format!("{} parameters from {:.0} independent residuals", assessment.len(), fit.n_effective),
             )
             .because(
                 Criterion::ConditionNumber,

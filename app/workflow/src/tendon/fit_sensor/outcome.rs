@@ -55,7 +55,7 @@ impl Outcome {
         Self {
             format: FORMAT.to_owned(),
             version: VERSION,
-            verdict: judged(&sensor, n_known),
+            verdict: assess(&sensor, n_known),
             sensor,
             scene_sha256: robot.scene.to_owned(),
             residual_sha256: robot.network.map(str::to_owned),
@@ -68,7 +68,7 @@ impl Outcome {
 }
 
 /// Whether forces can be estimated with this sensor.
-fn judged(sensor: &ForceSensor, n_known: usize) -> Verdict {
+fn assess(sensor: &ForceSensor, n_known: usize) -> Verdict {
     let response = sensor.tip.response;
     let claim = format!("forces on the tip are known to {:.0} % of their size", 100.0 * response);
     let (missing, statement) = match sensor.servo {

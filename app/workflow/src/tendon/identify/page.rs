@@ -53,7 +53,7 @@ pub(super) fn write(
              network. The error that is left is the training data of a second network; no QP was solved."
         }
     };
-    let mut page = Page::judged(title, &outcome.verdict, about, &outcome.command);
+    let mut page = Page::with_verdict(title, &outcome.verdict, about, &outcome.command);
     page.heading("Results");
     page.table(&HEADINGS, rows.iter().map(cells));
     if !outcome.left_out.is_empty() {

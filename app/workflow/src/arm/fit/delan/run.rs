@@ -96,7 +96,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         epochs: found.steps[0],
         steps: found.steps[1],
         model: options.out.clone(),
-        verdict: judged(found.validation, validation.trajectories.len()),
+        verdict: assess(found.validation, validation.trajectories.len()),
         recording_warnings: findings.into_warnings(),
     })
 }
@@ -116,14 +116,15 @@ struct DelanDetails<'a> {
 }
 
 /// Whether the model gives torques: error over their deviation on as many trajectories that were not trained on.
-fn judged(error: f64, n: usize) -> Verdict {
+fn assess(error: f64, n: usize) -> Verdict {
     let percent = 100.0 * error;
-    let judged = Verdict::on(format!("torques are given within {percent:.1} % of their deviation")).because(
-        Criterion::ErrorOverSpread,
-        error,
-        format!("the validation error is {percent:.1} % of the deviation of the torques"),
-    );
-    verdict::repeated(judged, n, "trajectory in validation").verdict()
+    let assessment = Verdict::on(format!("torques are given within {percent:.1} % of their deviation"))
+        .because(
+            Criterion::ErrorOverSpread,
+            error,
+            format!("the validation error is {percent:.1} % of the deviation of the torques"),
+        );
+    verdict::repeated(assessment, n, "trajectory in validation").verdict()
 }
 
 /// Samples of all recordings; a single one counts as several.

@@ -82,7 +82,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         steps_per_second: rate,
         sensing_validation: found.sensing_validation,
         actuator: options.out.clone(),
-        verdict: judged(found.validation, &validation, &features),
+        verdict: assessed(found.validation, &validation, &features),
         recording_warnings: findings.into_warnings(),
         held_joints: held_joints(&model),
     })
@@ -101,7 +101,7 @@ fn print_result((error_deg, sensing_loss): (f64, Option<f64>), rate: f64, contex
 }
 
 /// Whether the actuator moves the arm as measured: error of the joints in rollouts on what was not trained on [deg].
-fn judged(error: f64, validation: &[Trajectory], features: &FeatureLayout) -> Verdict {
+fn assessed(error: f64, validation: &[Trajectory], features: &FeatureLayout) -> Verdict {
     let (n, width) = (features.joints, 2 * (features.joints + usize::from(features.gripper.is_some())));
     let squares = |j: usize| {
         let rows = validation.iter().flat_map(|one| one.states.chunks_exact(width));
@@ -109,12 +109,12 @@ fn judged(error: f64, validation: &[Trajectory], features: &FeatureLayout) -> Ve
         deviation(&positions).to_degrees().powi(2)
     };
     let spread = ((0..n).map(squares).sum::<f64>() / n as f64).sqrt();
-    let judged = Verdict::on(format!("joints are simulated within {error:.2}° (RMS)")).because(
+    let assessed = Verdict::on(format!("joints are simulated within {error:.2}° (RMS)")).because(
         Criterion::ErrorOverSpread,
         error / spread,
         format!("in validation, joints are off by {error:.2}°; they move by {spread:.2}° about their mean"),
     );
-    verdict::repeated(judged, validation.len(), "trajectory in validation").verdict()
+    verdict::repeated(assessed, validation.len(), "trajectory in validation").verdict()
 }
 
 /// A bar for either network.

@@ -12,10 +12,10 @@ use hysteron_report::verdict::{Criterion, Verdict};
 
 use super::{Options, Outcome, page};
 use crate::arm::identify::recordings::{self, read};
-use crate::shared::identification::{IdentificationFormat, Row, deviation, estimates, judged, print_rows};
+use crate::shared::identification::{IdentificationFormat, Row, assessed, deviation, estimates, print_rows};
 use crate::shared::identification_page::JointSeries;
 use crate::shared::outputs::Outputs;
-use crate::shared::verdict::{Judged, parameters};
+use crate::shared::verdict::{AssessedParameter, parameters};
 use crate::{COMMIT, Context, WorkflowError};
 
 /// Speeds and torques of a joint in one recording.
@@ -128,9 +128,9 @@ fn verdict(
         "the error is {rms:.4} N m, {:.0} % of the deviation of the torques ({deviation:.4} N m)",
         100.0 * rms / deviation
     );
-    let judged = Verdict::on(claim).because(Criterion::ErrorOverSpread, rms / deviation, statement);
+    let assessed = Verdict::on(claim).because(Criterion::ErrorOverSpread, rms / deviation, statement);
     let worst = left_out.and_then(|errors| errors.iter().copied().max_by(f64::total_cmp));
-    parameters(judged, &judged_rows(rows))
+    parameters(assessed, &assessed_rows(rows))
         .because_of(Criterion::ConditionNumber, condition, |condition| {
             format!("the condition number of the parameters is {condition:.0}")
         })
@@ -140,8 +140,8 @@ fn verdict(
         .verdict()
 }
 
-fn judged_rows(rows: &[Row]) -> Vec<Judged<'_>> {
-    judged(rows, Some("it was held where it began, so friction there is assumed"))
+fn assessed_rows(rows: &[Row]) -> Vec<AssessedParameter<'_>> {
+    assessed(rows, Some("it was held where it began, so friction there is assumed"))
 }
 
 /// Warnings about the recordings, with advice on what to record instead.

@@ -16,7 +16,7 @@ use super::recordings::run_of;
 use super::{Options, Outcome, page};
 use crate::arm::identify::recordings;
 use crate::shared::error::Cancelled;
-use crate::shared::identification::{IdentificationFormat, Row, deviation, estimates, judged, print_rows};
+use crate::shared::identification::{IdentificationFormat, Row, assessed, deviation, estimates, print_rows};
 use crate::shared::outputs::Outputs;
 use crate::shared::verdict::parameters;
 use crate::{COMMIT, Context, WorkflowError, arm};
@@ -164,7 +164,7 @@ fn verdict(
                 error / spread,
                 format!("the mean error is {error:.4} rad, the deviation of the angles {spread:.4} rad"),
             );
-    parameters(assessment, &judged(rows, None))
+    parameters(assessment, &assessed(rows, None))
         .because_of(Criterion::HeldOutOverFitted, held_out, |ratio| {
             format!("recordings that were not fitted err {ratio:.1} times as much as those that were")
         })
