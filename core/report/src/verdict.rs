@@ -252,7 +252,7 @@ impl Verdict {
         ["", "What was found", "Value", "With care above", "Not usable above"];
 }
 
-/// Reasons on their way to a verdict.
+/// Reasons from which a verdict is built.
 #[derive(Debug, Clone)]
 pub struct VerdictBuilder {
     claim: String,
