@@ -58,6 +58,16 @@ impl ServoSpec {
         if !(self.dead_band.is_finite() && self.dead_band >= 0.0) {
             return Err(BadInput::new("dead_band", "a finite number >= 0", format!("{:?}", self.dead_band)));
         }
+        if !self.ambient_temperature.is_finite() {
+            let found = format!("{:?}", self.ambient_temperature);
+            return Err(BadInput::new("ambient_temperature", "a finite number", found));
+        }
+        let friction = self.friction;
+        let of_friction =
+            [friction.coulomb, friction.breakaway, friction.stribeck_velocity, friction.viscous];
+        if let Some(bad) = of_friction.into_iter().find(|x| !x.is_finite()) {
+            return Err(BadInput::new("friction", "finite numbers", format!("{bad:?}")));
+        }
         if self.back_emf_damping() <= 0.0 {
             let expected = "friction at the free speed below the stall torque";
             return Err(BadInput::new("friction", expected, "more"));

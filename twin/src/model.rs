@@ -343,7 +343,7 @@ fn check_distance(point: [f64; 3], distance: f64, within: f64, place: &str) -> R
     let mm = point.map(|c| 1e3 * c);
     Err(BadInput::new(
         place,
-        format!("a point of the body, or at most {} mm outside it", 1e3 * within),
+        format!("a point of the body, or at most {} mm outside it", shown_mm(within)),
         format!("({:.3}, {:.3}, {:.3}) mm, {:.3} mm outside", mm[0], mm[1], mm[2], 1e3 * distance),
     )
     .hint(

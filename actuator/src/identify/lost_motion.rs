@@ -54,12 +54,20 @@ struct TravelData<'a> {
 /// Finds the gaps between `travel` (n series) and the motion that follows it (m series), all at the same times.
 ///
 /// # Errors
-/// `BadInput` for series of different lengths, too few samples, or a pulley that rests throughout.
+/// `BadInput` for series of different lengths, too few samples, numbers that are not finite, or a pulley that rests throughout.
 pub fn lost_motion(travel: &[Vec<f64>], moved: &[Vec<f64>]) -> Result<LostMotion, BadInput> {
     let n_rows = travel.first().map_or(0, Vec::len);
     if n_rows < MIN_ROWS || travel.iter().chain(moved).any(|series| series.len() != n_rows) {
         let expected = format!("series of {MIN_ROWS} samples or more, alike in length");
         return Err(BadInput::new("lost motion", expected, n_rows.to_string()));
+    }
+    for (what, all) in [("travel of pulley", travel), ("output", moved)] {
+        for (k, series) in all.iter().enumerate() {
+            if let Some(i) = series.iter().position(|x| !x.is_finite()) {
+                let place = format!("lost motion, {what} {}, sample {}", k + 1, i + 1);
+                return Err(BadInput::new(place, "a finite number", series[i].to_string()));
+            }
+        }
     }
     let range = |series: &Vec<f64>| {
         let [least, most] = series
@@ -206,6 +214,19 @@ mod tests {
             }
         }
         (travel, moved)
+    }
+
+    #[test]
+    fn one_number_that_is_not_finite_is_refused() {
+        for bad in [f64::NAN, f64::INFINITY] {
+            let (mut travel, moved) = moved([0.1, 0.2], 0.05);
+            travel[1][7] = bad;
+            let error = lost_motion(&travel, &moved).unwrap_err();
+            assert_eq!(error.place, "lost motion, travel of pulley 2, sample 8");
+        }
+        let (travel, mut moved) = moved([0.1, 0.2], 0.05);
+        moved[0][3999] = f64::NAN;
+        assert_eq!(lost_motion(&travel, &moved).unwrap_err().place, "lost motion, output 1, sample 4000");
     }
 
     #[test]

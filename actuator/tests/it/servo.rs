@@ -205,4 +205,7 @@ fn spec_rejects_what_cannot_be() {
     assert_eq!(reject(|spec| spec.inertia = 0.0), "inertia");
     assert_eq!(reject(|spec| spec.dead_band = -1.0), "dead_band");
     assert_eq!(reject(|spec| spec.friction.viscous = 1.0), "friction");
+    assert_eq!(reject(|spec| spec.friction.viscous = f64::NAN), "friction");
+    assert_eq!(reject(|spec| spec.friction.stribeck_velocity = f64::INFINITY), "friction");
+    assert_eq!(reject(|spec| spec.ambient_temperature = f64::NAN), "ambient_temperature");
 }

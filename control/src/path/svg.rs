@@ -9,6 +9,7 @@
 
 use super::outline::{MAX_CROSSING_POINTS, OutlinePoint};
 use hysteron_base::BadInput;
+use hysteron_base::number::shown;
 use hysteron_base::size::check_at_most;
 use kurbo::{Affine, BezPath, Circle, Ellipse, PathEl, RoundedRect, Shape};
 use roxmltree::{Document, Node, ParsingOptions};
@@ -130,7 +131,8 @@ fn unit(root: &Node) -> Check<f64> {
     if let Some(height) = side(root, "height")?
         && (height / view.h - unit).abs() > 1e-2 * unit
     {
-        let found = format!("{} mm by {} mm over {} by {}", 1e3 * width, 1e3 * height, view.w, view.h);
+        let found =
+            format!("{} mm by {} mm over {} by {}", shown(1e3 * width), shown(1e3 * height), view.w, view.h);
         return Err(BadInput::new("SVG: viewBox", "one scale in width and height", found));
     }
     Ok(unit)

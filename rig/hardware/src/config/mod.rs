@@ -5,6 +5,7 @@ mod schema;
 use crate::Result;
 use crate::bus::model::{ServoModel, XL430_W250};
 use crate::bus::{ServoBounds, xl430};
+use hysteron_base::number::shown;
 use hysteron_base::schema::{FixedArray, check_header, count, require, text, vector};
 use hysteron_base::{BadInput, file};
 use serde::{Deserialize, Serialize};
@@ -302,7 +303,7 @@ impl RigConfig {
         match self.tendons.iter().position(|tendon| range > turn(tendon)) {
             Some(i) if self.servos.mode == ServoMode::Position => Err(BadInput::new(
                 format!("tendon[{}].pulley_radius_mm", i + 1),
-                format!("one turn for all {} mm of stroke", 1e3 * range),
+                format!("one turn for all {} mm of stroke", shown(1e3 * range)),
                 format!("{:.1} mm a turn", 1e3 * turn(&self.tendons[i])),
             )
             .hint("use operating_mode = \"extended\"")),

@@ -1,6 +1,7 @@
 //! From the measures that a person types to those that the mesher takes.
 
 use hysteron_base::BadInput;
+use hysteron_base::number::shown;
 use hysteron_fem::{Layers, Order, TendonChannel, Tube};
 
 use super::options::Options;
@@ -19,7 +20,7 @@ pub(super) fn tube(options: &Options) -> Result<Tube, BadInput> {
     let channels = channels(options)?;
     let edge = options.edge_mm.map(|edge| edge * MM);
     if let Some(edge) = edge.filter(|edge| !(edge.is_finite() && *edge > 0.0)) {
-        return Err(BadInput::new("--edge-mm", "a length above 0 mm", format!("{} mm", edge / MM)));
+        return Err(BadInput::new("--edge-mm", "a length above 0 mm", format!("{} mm", shown(edge / MM))));
     }
     // The sides of a circle whose length is nearest to the edge.
     let sides = |given: Option<u32>, radius: f64, least: f64, default: u32| match (given, edge) {
