@@ -34,9 +34,10 @@ pub fn print(line: impl std::fmt::Display) {
 }
 
 /// Prints the outcome of a verb: with `--json` the same object as in `metrics.json`, where the verb writes one; without
-/// it the verdict, where there is one.
+/// it the verdict, where there is one, and the lines below it.
 pub fn print_outcome(outcome: &Printed) {
     outcome.verdict.iter().flat_map(verdict::lines).for_each(print);
+    outcome.lines.iter().for_each(print);
     if is_json() {
         print_raw(outcome.json.trim_end());
     }

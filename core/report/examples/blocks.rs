@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
+use hysteron_report::dot_plot::{DotPlot, DotRow, DotTile};
 use hysteron_report::error_path::{ErrorPath, ErrorPaths};
 use hysteron_report::figure::{drawn, register_embedded_font};
 use hysteron_report::heat_map::HeatMap;
@@ -34,6 +35,7 @@ fn main() -> anyhow::Result<()> {
     for chart in scatter_charts() {
         page.figure(&drawn(&chart)?);
     }
+    page.figure(&drawn(&dot_plot())?);
     paths(&mut page)?;
     page.details(
         "File",
@@ -115,6 +117,23 @@ fn scatter_charts() -> Vec<ScatterChart> {
         chart("Clouds", (0..5).map(|_| cloud()).collect()),
         chart("Bars", vec![tile(vec![Marks::bars("joints", 1, bars)])]),
     ]
+}
+
+fn dot_plot() -> DotPlot {
+    let names = ["regression", "kernel on two positions of the tip, each with a delay of its own", "network"];
+    let row = |(k, name): (usize, &&str)| {
+        DotRow::new(*name, (0..6).map(|seed| 3.0 - 0.8 * k as f64 + 0.1 * f64::from(seed)))
+    };
+    let tile = |quantity: &str| DotTile::new(quantity, names.iter().enumerate().map(row));
+    DotPlot {
+        name: "methods".to_owned(),
+        title: "Methods".to_owned(),
+        caption: "A row for each method, a dot for each repeat.".to_owned(),
+        tiles: vec![
+            tile("error of the tip [mm]"),
+            tile("error of the strokes, root mean square of all tendons [mm]"),
+        ],
+    }
 }
 
 /// A rose of so many millimetres.

@@ -38,6 +38,8 @@ pub enum Abscissas {
 enum NamePlace {
     Side,
     Above,
+    /// The vertical axis has neither name nor labels: rows stand over each other.
+    Nowhere,
 }
 
 impl<DB: DrawingBackend> Sheet<DB>
@@ -77,12 +79,26 @@ where
         self.axes(x, y, [x_name, y_name], NamePlace::Above)
     }
 
+    /// Axes whose vertical one counts rows from the foot, without name and labels.
+    pub(crate) fn chart_of_rows(
+        &self,
+        x: Range<f64>,
+        n_rows: usize,
+        x_name: &str,
+    ) -> anyhow::Result<Chart<'_, DB>> {
+        let rows = 0.0..n_rows as f64;
+        check([(x_name, &x), ("rows", &rows)])?;
+        let x = Axis::new(&x, (self.size().0 / TICK[0]) as usize);
+        self.axes(x, Axis::of_counts(&rows, n_rows), [x_name, ""], NamePlace::Nowhere)
+    }
+
     fn axes(&self, x: Axis, y: Axis, names: [&str; 2], place: NamePlace) -> anyhow::Result<Chart<'_, DB>> {
         let (width, height) = self.size();
         let below = if names[0].is_empty() { BELOW_WITHOUT_LABELS } else { BELOW };
         let (left, above) = match place {
             NamePlace::Side => (LEFT, 0.0),
             NamePlace::Above => (LEFT_OF_NAMED_ABOVE, NAME_ABOVE),
+            NamePlace::Nowhere => (EDGE, 0.0),
         };
         let x = x.thinned(width - left, |label| self.text_width(label) + BETWEEN_LABELS);
         let y = y.thinned(height - above - below, |_| LABEL_HEIGHT);
@@ -112,12 +128,21 @@ where
         if !names[0].is_empty() {
             mesh.x_desc(x.named(names[0]));
         }
-        if place == NamePlace::Side {
-            mesh.y_desc(y.named(names[1]));
+        match place {
+            NamePlace::Side => {
+                mesh.y_desc(y.named(names[1]));
+            }
+            NamePlace::Above => {}
+            NamePlace::Nowhere => {
+                mesh.disable_y_axis().disable_y_mesh();
+            }
         }
         mesh.draw()?;
         if place == NamePlace::Above {
             self.text(&y.named(names[1]), 0.0, 0.5 * NAME_ABOVE - 2.0)?;
+        }
+        if place == NamePlace::Nowhere {
+            return Ok(chart);
         }
         let (across, down) = chart.plotting_area().get_pixel_range();
         self.record_place(AxesPlace {

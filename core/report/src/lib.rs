@@ -3,7 +3,7 @@
 //!
 //! From the bottom up, each file knowing only those before it: `maker` (who made a file), `axis`, `simplify`, `color`;
 //! `sheet`, `axes`, `svg` and `figure` (sizes, fonts, tiles, files); the blocks that reports draw: `lines`, `series`,
-//! `strokes` (panels over time), `scatter` (clouds), `plane`, `overlay`, `error_path`, `target_map`, `path_views` (paths),
+//! `strokes` (panels over time), `scatter` (clouds), `dot_plot` (methods, repeat by repeat), `plane`, `overlay`, `error_path`, `target_map`, `path_views` (paths),
 //! `heat_map` (where samples are), `body_views` (a deformed body); `verdict` (whether a result can be used), `page`
 //! (reports), `folder` (their files).
 
@@ -12,6 +12,7 @@ mod axes_place;
 pub mod axis;
 pub mod body_views;
 mod color;
+pub mod dot_plot;
 pub mod error_path;
 pub mod figure;
 pub mod folder;

@@ -22,6 +22,8 @@ mod session;
 pub mod sofa;
 pub mod sorosim;
 pub mod tentacle;
+#[cfg(test)]
+mod tests;
 
 pub use options::{DataOptions, Options, PopulationOptions};
 pub use outcome::Outcome;

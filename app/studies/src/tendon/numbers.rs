@@ -1,6 +1,4 @@
-//! Sums and tables that several studies need.
-
-use hysteron_workflow::Context;
+//! Sums and numbers as text that several studies need.
 
 /// Distance of two points.
 pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -25,7 +23,13 @@ pub(super) fn percentile(values: &[f64], p: f64) -> f64 {
     sorted.get((p * last as f64).round() as usize).copied().unwrap_or(f64::NAN)
 }
 
-/// Prints rows of cells, columns aligned, the first one to the left.
-pub(super) fn print_cells(context: &Context, cells: &[Vec<String>]) {
-    crate::runner::table::aligned(cells).into_iter().for_each(|line| context.print(line));
+/// Mean; none of nothing.
+pub(super) fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let (sum, n) = values.into_iter().fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
+    (n > 0.0).then(|| sum / n)
+}
+
+/// So many digits behind the point, or a dash where there is no number.
+pub(super) fn shown(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
 }

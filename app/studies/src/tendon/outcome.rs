@@ -1,10 +1,15 @@
 //! The outcome of a study of tendon robots: what was measured, on which machine.
 
+use hysteron_report::folder::ReportFolder;
+use hysteron_report::page::Page;
+use hysteron_report::verdict::Verdict;
 use hysteron_workflow::shared::outcome::MetricsFormat;
 use hysteron_workflow::{COMMIT, Context};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+
+use crate::runner::table::aligned;
 
 /// The outcome of a study of tendon robots.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -15,6 +20,8 @@ pub struct Outcome<M> {
     pub version: u32,
     /// Name of the study.
     pub study: String,
+    /// Whether the result can be used.
+    pub verdict: Verdict,
     /// The machine that it ran on.
     pub machine: Machine,
     /// Numbers of the study.
@@ -25,17 +32,82 @@ pub struct Outcome<M> {
     pub commit: String,
 }
 
-impl<M: Serialize + DeserializeOwned + JsonSchema> hysteron_workflow::shared::outcome::Outcome
-    for Outcome<M>
-{
+impl<M: StudyMetrics> hysteron_workflow::shared::outcome::Outcome for Outcome<M> {
+    fn verdict(&self) -> Option<&Verdict> {
+        Some(&self.verdict)
+    }
+
+    fn lines(&self) -> Vec<String> {
+        self.metrics.tables().iter().flat_map(Table::lines).collect()
+    }
 }
 
-impl<M> Outcome<M> {
+/// The numbers of a study of tendon robots, and how they are builder and shown.
+pub trait StudyMetrics: Serialize + DeserializeOwned + JsonSchema {
+    /// Title of the page.
+    const TITLE: &'static str;
+    /// What the study compares, for a reader of the page.
+    const ABOUT: &'static str;
+
+    /// Whether the result can be used.
+    fn verdict(&self) -> Verdict;
+
+    /// The numbers as tables, for the page and for a terminal.
+    fn tables(&self) -> Vec<Table>;
+
+    /// Adds the figures to a page.
+    ///
+    /// # Errors
+    /// A figure that cannot be drawn or written.
+    fn show(&self, folder: &ReportFolder<'_>, page: &mut Page) -> anyhow::Result<()>;
+}
+
+/// A table with its title.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// Title.
+    pub title: String,
+    /// Headings of its columns.
+    pub headings: Vec<String>,
+    /// Rows of cells.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// A table of these rows.
+    pub(super) fn new<H: Into<String>>(
+        title: impl Into<String>,
+        headings: impl IntoIterator<Item = H>,
+        rows: impl IntoIterator<Item = Vec<String>>,
+    ) -> Self {
+        Self {
+            title: title.into(),
+            headings: headings.into_iter().map(Into::into).collect(),
+            rows: rows.into_iter().collect(),
+        }
+    }
+
+    /// Lines of a terminal: an empty one, the title, headings and rows.
+    fn lines(&self) -> Vec<String> {
+        let cells = [std::slice::from_ref(&self.headings), &self.rows[..]].concat();
+        [vec![String::new(), self.title.clone()], aligned(&cells)].concat()
+    }
+
+    /// Adds it to a page.
+    pub(super) fn show(&self, page: &mut Page) {
+        page.heading(&self.title);
+        let headings: Vec<&str> = self.headings.iter().map(String::as_str).collect();
+        page.table(&headings, self.rows.iter().cloned());
+    }
+}
+
+impl<M: StudyMetrics> Outcome<M> {
     pub(super) fn new(study: &str, metrics: M, context: &Context) -> Self {
         Self {
             format: MetricsFormat,
             version: 1,
             study: study.to_owned(),
+            verdict: metrics.verdict(),
             machine: Machine::here(),
             metrics,
             command: context.command.clone(),

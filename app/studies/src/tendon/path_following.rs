@@ -6,6 +6,8 @@ use hysteron_control::tracking::TrackingScore;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::numbers::mean;
+
 /// Quantities of [`means`], for the first cell of a table.
 pub const HEADING: &str = "NRMSE [%], IoU, at equal times [mm], lag [ms]";
 
@@ -79,6 +81,16 @@ impl FollowedKeys {
             lag_ms: cell.and_then(|one| one.lag_ms),
         }
     }
+
+    /// The same, where the rig carried the strokes out.
+    pub fn followed(&self) -> Option<Followed> {
+        Some(Followed {
+            nrmse_percent: self.nrmse_percent?,
+            iou: self.iou?,
+            aligned_rmse_mm: self.aligned_rmse_mm,
+            lag_ms: self.lag_ms,
+        })
+    }
 }
 
 /// One method for strokes.
@@ -121,9 +133,18 @@ fn refused(count: u64) -> String {
     if count == 0 { String::new() } else { format!(" ({count} refused)") }
 }
 
-fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-    (count > 0.0).then(|| sum / count)
+/// The mean of every method over the cases in which all methods have a value, case by case and method by method; a method
+/// without any value is left out.
+pub(super) fn paired_means(methods: &[String], cases: &[Vec<Option<f64>>]) -> Vec<(String, f64)> {
+    let at = |case: &[Option<f64>], method: usize| case.get(method).copied().flatten();
+    let has_any = |method: &usize| cases.iter().any(|case| at(case, *method).is_some());
+    let kept: Vec<usize> = (0..methods.len()).filter(has_any).collect();
+    let whole: Vec<Vec<f64>> =
+        cases.iter().filter_map(|case| kept.iter().map(|method| at(case, *method)).collect()).collect();
+    let of_method = |(k, method): (usize, &usize)| {
+        Some((methods[*method].clone(), mean(whole.iter().map(|case| case[k]))?))
+    };
+    kept.iter().enumerate().filter_map(of_method).collect()
 }
 
 #[cfg(test)]
@@ -143,6 +164,16 @@ mod tests {
         assert_eq!(FollowedKeys::of(None).lag_ms, None);
         // Deviations of half of the differences.
         assert_eq!(spreads(&[ONE, other], 3), "1.50 ± 0.50, 0.850 ± 0.050, 1.50, 15 (3 refused)");
+    }
+
+    #[test]
+    fn methods_are_compared_on_the_cases_that_all_have() {
+        let methods = ["a", "b", "never run"].map(str::to_owned);
+        let cases =
+            [vec![Some(1.0), Some(4.0), None], vec![Some(9.0), None, None], vec![Some(3.0), Some(2.0), None]];
+        let expected = [("a".to_owned(), 2.0), ("b".to_owned(), 3.0)];
+        assert_eq!(paired_means(&methods, &cases), expected);
+        assert!(paired_means(&methods, &[]).is_empty());
     }
 
     #[test]

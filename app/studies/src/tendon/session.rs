@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use hysteron_report::page::write_metrics;
+use hysteron_report::folder::ReportFolder;
+use hysteron_report::page::Page;
 use hysteron_workflow::shared::outputs::{OutputLock, Outputs};
 use hysteron_workflow::{Context, WorkflowError};
-use serde::Serialize;
 
-use super::outcome::Outcome;
+use super::outcome::{Outcome, StudyMetrics};
 
 /// A run of a study.
 pub(super) struct StudySession<'a> {
@@ -23,25 +23,30 @@ impl<'a> StudySession<'a> {
     /// # Errors
     /// `BadInput` for a folder that is not this command's.
     pub fn begin(study: &'static str, out: &'a Path, context: &'a Context<'a>) -> anyhow::Result<Self> {
-        let outputs = Outputs::default().folder("--out", out).file("--out", out.join("metrics.json"));
-        let lock = outputs.check(context)?;
+        let lock = Outputs::default().report("--out", Some(out)).check(context)?;
         context.listen();
         Ok(Self { study, out, context, _lock: lock })
     }
 
-    /// Writes `metrics.json`.
+    /// Writes `report.html` with its figures, and `metrics.json`.
     ///
     /// # Errors
-    /// Refusals of the file system.
-    pub fn write<M: Serialize>(&self, metrics: M) -> anyhow::Result<Outcome<M>> {
+    /// A figure that cannot be drawn; refusals of the file system.
+    pub fn write<M: StudyMetrics>(&self, metrics: M) -> anyhow::Result<Outcome<M>> {
         let outcome = Outcome::new(self.study, metrics, self.context);
-        write_metrics(self.out, &outcome)?;
+        let folder = ReportFolder { path: self.out, png: false };
+        folder.write_metrics(&outcome)?;
+        let mut page = Page::with_verdict(M::TITLE, &outcome.verdict, M::ABOUT, &outcome.command);
+        outcome.metrics.tables().iter().for_each(|table| table.show(&mut page));
+        page.heading("Figures");
+        outcome.metrics.show(&folder, &mut page)?;
+        folder.write_page(page, &outcome.commit)?;
         Ok(outcome)
     }
 
-    /// Says where the outcome is.
+    /// Says where the report is.
     pub fn finish<M>(&self, outcome: Outcome<M>) -> Outcome<M> {
-        self.context.wrote(&self.out.join("metrics.json"));
+        self.context.reported(self.out);
         outcome
     }
 }
@@ -50,7 +55,7 @@ impl<'a> StudySession<'a> {
 ///
 /// # Errors
 /// `BadInput` for a folder that is not this command's; those of `measure`.
-pub(super) fn run<M: Serialize>(
+pub(super) fn run<M: StudyMetrics>(
     study: &'static str,
     out: &Path,
     context: &Context,

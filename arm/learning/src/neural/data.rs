@@ -157,7 +157,7 @@ pub(super) fn gain_ratio(own: Option<f64>, other: Option<f64>) -> f64 {
 pub(super) fn usual_gain(trajectories: &[Trajectory]) -> Result<Option<f64>, BadInput> {
     let gains: Vec<f64> = trajectories.iter().filter_map(|one| one.position_gain).collect();
     if !gains.is_empty() && gains.len() < trajectories.len() {
-        let found = format!("{} of {} do", gains.len(), trajectories.len());
+        let found = format!("{} of {}", gains.len(), trajectories.len());
         return Err(BadInput::new("recordings", "position_gain in all recordings or in none", found));
     }
     Ok((!gains.is_empty()).then(|| gains.iter().sum::<f64>() / gains.len() as f64))

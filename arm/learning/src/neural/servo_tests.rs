@@ -169,7 +169,7 @@ fn is_found_and_followed(load_friction: bool) {
     let mixed = [known[0].clone(), Trajectory { position_gain: None, ..known[1].clone() }];
     let error =
         RolloutServo::fit(&arm, (&ALONE, 0.01, &motors), &mixed, &|_, _| true).unwrap_err().to_string();
-    assert!(error.contains("all or none to say their position_gain, got 1 of 2 do"), "{error}");
+    assert!(error.contains("position_gain in all recordings or in none, got 1 of 2"), "{error}");
 }
 
 /// How far a drive in the loop is from the bench of `hysteron_actuator` at most, over 3 s at this period [rad]; and how warm it gets [°C].

@@ -8,6 +8,7 @@
 //! robot is left to learning. No path is in any training.
 
 mod outcome;
+mod page;
 mod run;
 
 pub use outcome::{AblatedRobot, AblationMetrics, AblationPath, LevelResult};

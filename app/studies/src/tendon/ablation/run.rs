@@ -4,10 +4,9 @@ use anyhow::Result;
 use hysteron_workflow::{Context, WorkflowError};
 use rayon::prelude::*;
 
-use super::outcome::{AblatedRobot, AblationMetrics, AblationPath, LevelResult};
+use super::outcome::{AblatedRobot, AblationMetrics, AblationPath, LEVELS, LevelResult};
 use crate::tendon::commands::{Chain, FRICTION, Strokes};
-use crate::tendon::numbers::print_cells;
-use crate::tendon::path_following::{Followed, FollowedKeys, HEADING, means};
+use crate::tendon::path_following::{Followed, FollowedKeys};
 use crate::tendon::{Options, Outcome, session};
 
 const PRESETS: [&str; 3] = ["mild", "typical", "harsh"];
@@ -16,14 +15,6 @@ const MEMBERS: u64 = 10;
 const TARGETS: [&str; 3] = ["circle:50", "diamond:60", "lissajous:56"];
 /// The path that the last ablation level is fitted to.
 const WATCHED: &str = "square:40";
-const LEVELS: [&str; 6] = [
-    "twin, no learning",
-    "network, recorded minute",
-    "the paper's network, hybrid data",
-    "network, hybrid data",
-    "calibrated twin",
-    "+ adaptation",
-];
 
 /// The paper's network, on the presets only: every hundredth sample ends a window, and 16 are a step. Every one of
 /// them, as published, would be eight hours a robot.
@@ -85,7 +76,6 @@ fn measure(options: &Options, context: &Context) -> Result<AblationMetrics> {
         ablate(&Chain::new(&folder, &options.repository, context)?, name, targets)
     };
     let robots = names.par_iter().map(one).collect::<Result<Vec<Robot>>>()?;
-    print(&robots, targets, context);
     Ok(AblationMetrics { robots: robots.iter().map(|robot| robot.result(targets)).collect() })
 }
 
@@ -139,23 +129,4 @@ fn synthetic_plan() -> String {
         );
     }
     text
-}
-
-/// A row for each robot and one for their mean, over the targets that the rig ran.
-fn print(robots: &[Robot], targets: &[&str], context: &Context) {
-    context.print(format_args!("mean of {}", targets.join(", ")));
-    let mut cells = vec![vec![HEADING.to_owned()]];
-    cells[0].extend(LEVELS.map(str::to_owned));
-    for robot in robots {
-        cells.push(line(&robot.name, &robot.found));
-    }
-    let members = robots.iter().filter(|robot| robot.name.contains('/'));
-    let all: Vec<_> = members.flat_map(|robot| robot.found.iter().copied()).collect();
-    cells.push(line("population", &all));
-    print_cells(context, &cells);
-}
-
-fn line(name: &str, found: &[[Option<Followed>; LEVELS.len()]]) -> Vec<String> {
-    let cell = |level: usize| means(&found.iter().map(|row| row[level]).collect::<Vec<_>>());
-    std::iter::once(name.to_owned()).chain((0..LEVELS.len()).map(cell)).collect()
 }

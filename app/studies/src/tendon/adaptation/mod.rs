@@ -7,6 +7,7 @@
 //! and is the baseline. The plan of that minute (`quick`) has other motion than the training of the network.
 
 mod outcome;
+mod page;
 mod run;
 
 pub use outcome::{AdaptationMetrics, Row, Tip};

@@ -1,8 +1,12 @@
 //! The numbers of `study adaptation`.
 
+use hysteron_report::verdict::{Criterion, Verdict};
 use hysteron_twin::residual::AdaptedParts;
+use hysteron_workflow::shared::verdict::{compared, repeated};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use crate::tendon::numbers::mean;
 
 /// The numbers of `study adaptation`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -39,4 +43,29 @@ pub struct Tip {
     pub aligned_rmse_mm: f64,
     /// NRMSE [%].
     pub nrmse_percent: f64,
+}
+
+/// Name of the robot that has not changed.
+pub(super) const UNCHANGED: &str = "unchanged";
+/// The network of the robot as it was, with which the adapted one is compared.
+const BEFORE: &str = "before";
+
+/// Whether a minute of data makes the tip of a changed robot follow its targets better.
+pub(super) fn assess(metrics: &AdaptationMetrics) -> Verdict {
+    let changed = || metrics.rows.iter().filter(|row| row.change != UNCHANGED);
+    let both: Vec<(Tip, Tip)> = changed().filter_map(|row| row.before.zip(row.after)).collect();
+    let pairs = [
+        (BEFORE, mean(both.iter().map(|(before, _)| before.aligned_rmse_mm))),
+        ("after a minute of data", mean(both.iter().map(|(_, after)| after.aligned_rmse_mm))),
+    ];
+    let methods: Vec<(String, f64)> =
+        pairs.into_iter().filter_map(|(name, error)| Some((name.to_owned(), error?))).collect();
+    let builder = Verdict::on("a minute of data makes the tip of a changed robot follow its targets better");
+    let builder = compared(builder, ("changed robots, distance at equal times", "mm"), &methods, BEFORE);
+    let n = changed().count();
+    let statement = format!("{} of {n} targets were not followed before and after", n - both.len());
+    let builder = builder.because(Criterion::Missing, (n - both.len()) as f64 / n.max(1) as f64, statement);
+    let mut changes: Vec<&str> = changed().map(|row| &row.change[..]).collect();
+    changes.dedup();
+    repeated(builder, changes.len(), "changed robot").verdict()
 }

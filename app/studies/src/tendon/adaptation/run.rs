@@ -11,9 +11,8 @@ use hysteron_virtual_rig::virtual_rig::{VirtualRobot, rig_file};
 use hysteron_workflow::tendon::adapt;
 use hysteron_workflow::{Context, WorkflowError};
 
-use super::outcome::{AdaptationMetrics, Row, Tip};
+use super::outcome::{AdaptationMetrics, Row, Tip, UNCHANGED};
 use crate::tendon::commands::{Chain, FRICTION, read_outcome};
-use crate::tendon::numbers::print_cells;
 use crate::tendon::population::write_recorded_plan;
 use crate::tendon::{Options, Outcome, session};
 
@@ -27,7 +26,7 @@ struct Change {
 }
 
 const CHANGES: [Change; 5] = [
-    Change { name: "unchanged", lines: &[], slack: 0.0 },
+    Change { name: UNCHANGED, lines: &[], slack: 0.0 },
     Change {
         name: "friction times 1.5",
         lines: &[
@@ -86,7 +85,6 @@ fn measure(options: &Options, context: &Context) -> Result<AdaptationMetrics> {
             });
         }
     }
-    print(&rows, context);
     Ok(AdaptationMetrics { rows })
 }
 
@@ -169,32 +167,4 @@ impl Robot<'_> {
             nrmse_percent: 100.0 * nrmse,
         }))
     }
-}
-
-fn print(rows: &[Row], context: &Context) {
-    let heading = [
-        "Change",
-        "Target",
-        "kept",
-        "RMSE [mm], at equal times [mm], NRMSE [%] before",
-        "after a minute of data",
-        "gain at equal times [%]",
-        "unchanged robot at equal times [mm]",
-    ];
-    let mut cells = vec![heading.map(str::to_owned).to_vec()];
-    for row in rows {
-        let tip = |tip: &Option<Tip>| {
-            let shown =
-                |it: &Tip| format!("{:.2}, {:.2}, {:.2}", it.rmse_mm, it.aligned_rmse_mm, it.nrmse_percent);
-            tip.as_ref().map_or("-".to_owned(), shown)
-        };
-        let mut line = vec![row.change.clone(), row.target.clone(), format!("{:?}", row.kept).to_lowercase()];
-        line.extend([&row.before, &row.after].map(tip));
-        let number =
-            |value: Option<f64>, digits| value.map_or("-".to_owned(), |value| format!("{value:.digits$}"));
-        line.push(number(row.gain.map(|gain| 100.0 * gain), 0));
-        line.push(number(row.unchanged_robot_aligned_rmse_mm, 2));
-        cells.push(line);
-    }
-    print_cells(context, &cells);
 }

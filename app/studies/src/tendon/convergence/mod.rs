@@ -2,6 +2,7 @@
 //! hold on to points, which sink into ever smaller elements, and to rings of a given size, which do not.
 
 mod outcome;
+mod page;
 mod run;
 
 pub use outcome::MeshResolution;

@@ -6,8 +6,8 @@ use hysteron_fem::{Cells, Mesh, Order};
 use hysteron_twin::{Stepper, Twin};
 use hysteron_workflow::{Context, WorkflowError};
 
-use super::outcome::MeshResolution;
-use crate::tendon::numbers::{distance, print_cells};
+use super::outcome::{MeshResolution, TUBE};
+use crate::tendon::numbers::distance;
 use crate::tendon::scenes::{N_PRIMARY, Setting, one_sided, sofa_mesh, sofa_scene, tube, tube_scene};
 use crate::tendon::{Options, Outcome, session};
 
@@ -41,24 +41,9 @@ fn resolutions(options: &Options, context: &Context) -> Result<Vec<MeshResolutio
     for (divisions, order) in
         linear.iter().map(|d| (d, Order::Linear)).chain(quadratic.iter().map(|d| (d, Order::Quadratic)))
     {
-        let name = format!("tube, {divisions} sides");
+        let name = format!("{TUBE}, {divisions} sides");
         meshes.push((name, MaterialLaw::Corotational, tube(*divisions, order).mesh()?, false));
     }
-    let heading = [
-        "tendon",
-        "mesh",
-        "order",
-        "unknowns",
-        "tip at 2 mm",
-        "tension",
-        "at 7 mm",
-        "tension",
-        "at 10 mm",
-        "tension",
-        "reached [mm]",
-    ];
-    context.print("deflection of the tip [mm] and tension of the pulled tendon [N]");
-    let mut cells = vec![heading.map(str::to_owned).to_vec()];
     let mut metrics = Vec::new();
     for ring in [0.0, RING] {
         for (name, law, mesh, is_reference) in &meshes {
@@ -69,12 +54,13 @@ fn resolutions(options: &Options, context: &Context) -> Result<Vec<MeshResolutio
                 tube_scene(setting, mesh)?
             };
             let found = solve(name, setting, mesh, &twin);
-            context.print(found.cells().join("  "));
-            cells.push(found.cells());
+            context.print(format_args!(
+                "{name}, rings of {:.1} mm: {:.1} mm reached",
+                found.ring_mm, found.reached_mm
+            ));
             metrics.push(found);
         }
     }
-    print_cells(context, &cells);
     Ok(metrics)
 }
 
@@ -111,20 +97,5 @@ fn solve(name: &str, setting: Setting, mesh: &Mesh, twin: &Twin) -> MeshResoluti
         tension_n: REPORTED.map(|k| at(k, 1)),
         reached_mm: 1e3 * STEP * (curve.len() - 1) as f64,
         failure,
-    }
-}
-
-impl MeshResolution {
-    /// A row of the table.
-    fn cells(&self) -> Vec<String> {
-        let carried = if self.ring_mm == 0.0 { "point" } else { "ring" };
-        let mut row = vec![carried.to_owned(), self.mesh.clone()];
-        row.extend([self.order.to_string(), self.n_unknowns.to_string()]);
-        for values in self.deflection_mm.iter().zip(&self.tension_n) {
-            let cell = |value: &Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
-            row.extend([cell(values.0), cell(values.1)]);
-        }
-        row.push(format!("{:.1}", self.reached_mm));
-        row
     }
 }

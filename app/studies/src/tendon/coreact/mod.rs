@@ -6,10 +6,12 @@
 //! network. `robots` runs the same ablation on others.
 
 mod outcome;
+mod page;
 mod random_plan;
 mod run;
 mod twins;
 
 pub use outcome::{CoreactMetrics, PathErrors, Stability, TwinErrors, TwinTable};
+pub(super) use page::twin_tiles;
 pub use run::run;
 pub(super) use twins::{TwinAblation, TwinModels};

@@ -1,7 +1,12 @@
 //! The numbers of `study coreact`.
 
+use hysteron_report::verdict::{Criterion, Verdict, VerdictBuilder};
+use hysteron_workflow::shared::verdict::{compared, repeated};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use crate::tendon::numbers::{mean, rms};
+use crate::tendon::outcome::Table;
 
 /// The numbers of `study coreact`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -65,19 +70,48 @@ impl PathErrors {
 }
 
 impl TwinTable {
-    /// Rows of cells: the robot, and a row for each twin.
-    pub fn cells(&self) -> Vec<Vec<String>> {
+    /// The twins on every test, as a table.
+    pub fn table(&self) -> Table {
         let tests = self.twins.first().map_or(&[][..], |row| &row.nrmse);
-        let heading = tests
-            .iter()
-            .flat_map(|test| [format!("{} x [%]", test.path), "y [%]".to_owned(), "z [%]".to_owned()]);
-        let mut cells = vec![std::iter::once("NRMSE".to_owned()).chain(heading).collect::<Vec<_>>()];
-        for row in &self.twins {
-            let values = row.nrmse.iter().flat_map(|path| path.axes().map(|values| spread(values)));
-            cells.push(std::iter::once(row.twin.clone()).chain(values).collect());
-        }
-        cells
+        let of_test = |test: &PathErrors| ["x", "y", "z"].map(|axis| format!("{}, {axis} [%]", test.path));
+        let headings = ["Twin".to_owned()].into_iter().chain(tests.iter().flat_map(of_test));
+        let row = |twin: &TwinErrors| {
+            let values = twin.nrmse.iter().flat_map(|path| path.axes().map(|values| spread(values)));
+            std::iter::once(twin.twin.clone()).chain(values).collect()
+        };
+        Table::new(format!("NRMSE of the tip: {}", self.robot), headings, self.twins.iter().map(row))
     }
+
+    /// Adds how the best twin compares with the first, mean of all axes, tests and repeats.
+    pub(crate) fn assess(&self, builder: VerdictBuilder) -> VerdictBuilder {
+        let mean_of = |twin: &TwinErrors| {
+            let values = twin.nrmse.iter().flat_map(|path| path.axes().into_iter().flatten().copied());
+            Some((twin.twin.clone(), mean(values)?))
+        };
+        let methods: Vec<(String, f64)> = self.twins.iter().filter_map(mean_of).collect();
+        let first = self.twins.first().map_or("", |twin| &twin.twin);
+        compared(builder, (&format!("{}, NRMSE of the tip", self.robot), "%"), &methods, first)
+    }
+
+    /// Most repeats of a twin: seeds or robots.
+    pub(crate) fn repeats(&self) -> usize {
+        let paths = self.twins.iter().flat_map(|twin| &twin.nrmse);
+        paths.map(|path| path.x_percent.len()).max().unwrap_or(0)
+    }
+}
+
+/// Whether a twin that learned follows the robot better than one that did not.
+pub(super) fn assess(metrics: &CoreactMetrics) -> Verdict {
+    let builder =
+        Verdict::on("a twin with a network follows the robot better than one without, also on random plans");
+    // The second table compares with the drift of the tracker, which is no twin.
+    let (first, ratios) = (metrics.ladders.first(), &metrics.stability.ratio_to_bare);
+    let builder = first.into_iter().fold(builder, |builder, table| table.assess(builder));
+    let ratio = (!ratios.is_empty()).then(|| rms(ratios.iter().copied()));
+    let builder = builder.because_of(Criterion::ErrorOverBaseline, ratio, |ratio| {
+        format!("random plans: the error of the tip is {:.0} % of that without a network", 100.0 * ratio)
+    });
+    repeated(builder, first.map_or(0, TwinTable::repeats), "seed").verdict()
 }
 
 /// Mean of these, and their deviation where there is more than one.

@@ -5,7 +5,6 @@ use hysteron_workflow::{Context, WorkflowError};
 use super::outcome::CoreactMetrics;
 use super::twins::{SCENES, TwinAblation, TwinModels};
 use crate::tendon::commands::{Chain, TESTS};
-use crate::tendon::numbers::print_cells;
 use crate::tendon::{Options, Outcome, session};
 
 /// Random plans for the stability of the loop.
@@ -48,11 +47,6 @@ fn measure(options: &Options, size: &Size, context: &Context) -> anyhow::Result<
     });
     let typical = study.roll_out(&models, "data", "typical")?;
     let steady = study.steady(&models[best..=best])?;
-    for table in [&typical, &steady] {
-        context.print(&table.robot);
-        print_cells(context, &table.cells());
-    }
-    let (stability, text) = study.stability(size.n_random)?;
-    context.print(text);
+    let stability = study.stability(size.n_random)?;
     Ok(CoreactMetrics { ladders: vec![typical, steady], stability })
 }

@@ -6,6 +6,7 @@
 //! of all seeds of networks. No path is in any training.
 
 mod outcome;
+mod page;
 mod run;
 
 pub use outcome::{EdicMetrics, EdicPath, MethodRuns};

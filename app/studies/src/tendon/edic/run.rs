@@ -4,10 +4,9 @@ use anyhow::Result;
 use hysteron_workflow::{Context, WorkflowError};
 use rayon::prelude::*;
 
-use super::outcome::{EdicMetrics, EdicPath, MethodRuns};
+use super::outcome::{EdicMetrics, EdicPath, MethodRuns, RECORDED};
 use crate::tendon::commands::{Chain, FRICTION, Strokes};
-use crate::tendon::numbers::print_cells;
-use crate::tendon::path_following::{Followed, HEADING, spreads};
+use crate::tendon::path_following::Followed;
 use crate::tendon::{Options, Outcome, session};
 
 /// A path by its name and size [mm], and what the paper reached there.
@@ -62,8 +61,7 @@ const REPEATS: u64 = 5;
 /// takes fewer windows, and fewer a step so that there are nearly a thousand steps.
 const PAPER_OPTIONS: [&str; 6] = ["--design", "paper", "--stride", "800", "--batch", "32"];
 
-const BASELINE: EdicMethod =
-    EdicMethod { name: "network, recorded data", seeds: SEEDS, scene: None, model: Some("inverse") };
+const BASELINE: EdicMethod = EdicMethod { name: RECORDED, seeds: SEEDS, scene: None, model: Some("inverse") };
 const PAPER: EdicMethod =
     EdicMethod { name: "the paper's network", seeds: 1, scene: None, model: Some("paper-inverse") };
 const HYBRID: EdicMethod =
@@ -93,7 +91,6 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome<EdicMetrics>,
         let chain = Chain::of_typical(&options.out, &options.repository, context)?;
         let paths = &IDEALS[..if options.quick { 1 } else { IDEALS.len() }];
         let rows = measure(&chain, paths, options.quick)?;
-        print(paths, &rows, context);
         Ok(EdicMetrics { paths: paths.iter().zip(&rows).map(|(ideal, cells)| ideal.result(cells)).collect() })
     })
 }
@@ -190,29 +187,4 @@ fn track(chain: &Chain<'_>, method: &EdicMethod, target: &str, quick: bool) -> R
         }
     }
     Ok(cell)
-}
-
-fn print(paths: &[Ideal], rows: &[Vec<Cell>], context: &Context) {
-    let mut cells = vec![vec![HEADING.to_owned(), "paper's EDIC".to_owned()]];
-    cells[0].extend(METHODS.iter().map(|method| method.name.to_owned()));
-    let paper = |ideal: &Ideal| Followed {
-        nrmse_percent: ideal.paper_nrmse,
-        iou: ideal.paper_iou,
-        aligned_rmse_mm: None,
-        lag_ms: None,
-    };
-    for (ideal, row) in paths.iter().zip(rows) {
-        let mut line = vec![ideal.path.to_owned(), spreads(&[paper(ideal)], 0)];
-        line.extend(row.iter().map(|cell| spreads(&cell.followed, cell.refused)));
-        cells.push(line);
-    }
-    let mut line =
-        vec!["mean of those tracked".to_owned(), spreads(&paths.iter().map(paper).collect::<Vec<_>>(), 0)];
-    let of_method = |method: usize| -> Vec<Followed> {
-        rows.iter().flat_map(|row| row[method].followed.iter().copied()).collect()
-    };
-    let refused = |method: usize| rows.iter().map(|row| row[method].refused).sum();
-    line.extend((0..METHODS.len()).map(|method| spreads(&of_method(method), refused(method))));
-    cells.push(line);
-    print_cells(context, &cells);
 }

@@ -11,6 +11,7 @@ mod fit;
 mod fold;
 mod lstm;
 mod outcome;
+mod page;
 mod recording;
 mod reduced;
 mod regression;

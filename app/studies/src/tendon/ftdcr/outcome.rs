@@ -1,5 +1,7 @@
 //! The numbers of `study ftdcr`.
 
+use hysteron_report::verdict::Verdict;
+use hysteron_workflow::shared::verdict::{compared, repeated};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -47,4 +49,35 @@ pub struct MethodError {
     pub method: String,
     /// Root mean square error of the tip [mm].
     pub rmse_mm: f64,
+}
+
+/// Methods that predict the tip. The last five get the rows of the finite-element twin alone, the very last
+/// one the tip itself.
+pub(super) const METHODS: [&str; 12] = [
+    "constant curvature, 12 parameters",
+    "constant curvature + kernel ridge on its residual",
+    "constant curvature + LSTM on its residual",
+    "cubic regression on all strokes",
+    "cubic regression on the segments' bending",
+    "kernel regression",
+    "LSTM without a model",
+    "constant curvature, on the twin's rows",
+    "FE twin, the constant-curvature model's parameters",
+    "FE twin, fitted",
+    "FE twin + CoReAct",
+    "FE twin, led to the measured tip",
+];
+/// Method that the others are compared with, the simplest; and the one that is given what the others predict.
+const SIMPLEST: &str = METHODS[0];
+const GIVEN: &str = METHODS[METHODS.len() - 1];
+
+/// Whether a method predicts the tip better than arcs of constant curvature.
+pub(super) fn assess(metrics: &FtdcrMetrics) -> Verdict {
+    let builder = Verdict::on(
+        "the tip on patterns that were not fitted is predicted better than by arcs of constant curvature",
+    );
+    let methods = metrics.pooled.iter().filter(|one| one.method != GIVEN);
+    let methods: Vec<(String, f64)> = methods.map(|one| (one.method.clone(), one.rmse_mm)).collect();
+    let builder = compared(builder, ("error of the tip", "mm"), &methods, SIMPLEST);
+    repeated(builder, metrics.folds.len(), "fold").verdict()
 }

@@ -5,31 +5,14 @@ use hysteron_workflow::{Context, WorkflowError};
 use rayon::prelude::*;
 
 use super::fold::{Fold, N_FOLDS, folds};
-use super::outcome::{FoldResult, FtdcrMetrics, MethodError, ParameterValue};
+use super::outcome::{FoldResult, FtdcrMetrics, METHODS, MethodError, ParameterValue};
 use super::recording::{Pattern, read_patterns};
 use super::robot::Robot;
-use crate::tendon::numbers::{print_cells, rms};
+use crate::tendon::numbers::rms;
 use crate::tendon::{DataOptions, Outcome, session};
 
 /// The reduced model is fitted to every third row, in a quick study to every twelfth.
 const FIT_EVERY: [usize; 2] = [3, 12];
-/// Methods that predict the tip. The last five get the rows of the finite-element twin alone, the very last
-/// one the tip itself.
-const METHODS: [&str; 12] = [
-    "constant curvature, 12 parameters",
-    "constant curvature + kernel ridge on its residual",
-    "constant curvature + LSTM on its residual",
-    "cubic regression on all strokes",
-    "cubic regression on the segments' bending",
-    "kernel regression",
-    "LSTM without a model",
-    "constant curvature, on the twin's rows",
-    "FE twin, the constant-curvature model's parameters",
-    "FE twin, fitted",
-    "FE twin + CoReAct",
-    "FE twin, led to the measured tip",
-];
-
 /// Runs the study, a quick one with the first fold, fewer rows to fit and without the finite-element twin.
 ///
 /// # Errors
@@ -37,7 +20,6 @@ const METHODS: [&str; 12] = [
 pub fn run(options: &DataOptions, context: &Context) -> Result<Outcome<FtdcrMetrics>, WorkflowError> {
     session::run("ftdcr", &options.shared.out, context, || {
         let folds = measure(options)?;
-        print(&folds, context);
         Ok(FtdcrMetrics {
             folds: folds.iter().map(FoldResult::of).collect(),
             pooled: errors(folds[0].errors.len(), |method| pooled(&folds, method)),
@@ -86,23 +68,4 @@ fn errors(n: usize, rmse_mm: impl Fn(usize) -> f64) -> Vec<MethodError> {
 
 fn pooled(folds: &[Fold], method: usize) -> f64 {
     rms(folds.iter().flat_map(|fold| &fold.errors[method]).copied())
-}
-
-fn print(folds: &[Fold], context: &Context) {
-    let mut heading = vec!["tip RMSE [mm] on held-out patterns".to_owned()];
-    heading.extend((1..=folds.len()).map(|k| format!("fold {k}")));
-    heading.push("all".into());
-    let mut cells = vec![heading];
-    for (m, name) in METHODS.iter().take(folds[0].errors.len()).enumerate() {
-        let mut row = vec![(*name).to_owned()];
-        row.extend(folds.iter().map(|fold| format!("{:.2}", rms(fold.errors[m].iter().copied()))));
-        row.push(format!("{:.2}", pooled(folds, m)));
-        cells.push(row);
-    }
-    print_cells(context, &cells);
-    context.print("");
-    for (name, k) in folds[0].fitted.names.iter().zip(0..) {
-        let values: Vec<String> = folds.iter().map(|fold| format!("{:9.4}", fold.fitted.values[k])).collect();
-        context.print(format_args!("{name:<34}{}", values.join(" ")));
-    }
 }

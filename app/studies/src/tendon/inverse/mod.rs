@@ -11,6 +11,7 @@ mod baselines;
 mod demonstrations;
 mod methods;
 mod outcome;
+mod page;
 mod run;
 
 pub use outcome::{InverseMetrics, PathDifference, SegmentsResult, TrunkResult};

@@ -1,5 +1,7 @@
 //! The numbers of `study inverse`.
 
+use hysteron_report::verdict::Verdict;
+use hysteron_workflow::shared::verdict::{compared, repeated};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -51,4 +53,53 @@ pub struct SegmentsResult {
     pub methods: Vec<String>,
     /// Errors of the strokes on test patterns, fold by fold and method by method [mm].
     pub folds_mm: Vec<[f64; 5]>,
+}
+
+/// Whether a network finds strokes better than a static regression.
+pub(super) fn assess(metrics: &InverseMetrics) -> Verdict {
+    let mut builder =
+        Verdict::on("a network finds the strokes of a recorded path better than a static regression");
+    for test in metrics.tests() {
+        let InverseTest { what, unit, methods, errors } = test;
+        let mean = |k: usize| errors.iter().map(|row| row[k]).sum::<f64>() / errors.len() as f64;
+        let all: Vec<(String, f64)> =
+            methods.iter().enumerate().map(|(k, name)| (name.clone(), mean(k))).collect();
+        // The first method is the simplest.
+        let simplest = methods.first().map_or("", String::as_str);
+        builder = compared(builder, (&format!("{what}, error"), unit), &all, simplest);
+    }
+    let repeats = metrics.tests().iter().map(|test| test.errors.len()).min().unwrap_or(0);
+    repeated(builder, repeats, "seed or fold").verdict()
+}
+
+/// A test with the errors of all methods.
+pub(super) struct InverseTest<'a> {
+    /// What was tested on.
+    pub what: &'static str,
+    /// Unit of the errors.
+    pub unit: &'static str,
+    /// Names of the methods.
+    pub methods: &'a [String],
+    /// Their errors, repeat by repeat.
+    pub errors: &'a [[f64; 5]],
+}
+
+impl InverseMetrics {
+    /// Every test of a robot whose recordings are there.
+    pub(super) fn tests(&self) -> Vec<InverseTest<'_>> {
+        let trunk = self.trunk.iter().flat_map(|one| {
+            let test = |what, errors| InverseTest { what, unit: "deg", methods: &one.methods, errors };
+            [
+                test("trunk, test blocks", &one.unseen_blocks_deg[..]),
+                test("trunk, test blocks with 200 g at the tip", &one.loaded_deg[..]),
+            ]
+        });
+        let segments = self.ftdcr.iter().map(|one| InverseTest {
+            what: "three segments, test patterns",
+            unit: "mm",
+            methods: &one.methods,
+            errors: &one.folds_mm,
+        });
+        trunk.chain(segments).collect()
+    }
 }

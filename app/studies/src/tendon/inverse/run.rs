@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use anyhow::{Result, ensure};
-use hysteron_base::json;
 use hysteron_control::inverse::{Dataset, Demonstration, RecurrentOptions};
 use hysteron_control::tracking::{PlanarPoint, Timed, aligned_rmse, chamfer, frechet, hausdorff, lag};
 use hysteron_workflow::{Context, WorkflowError};
@@ -15,7 +14,6 @@ use super::methods::{Errors, InverseScores, METHODS, evaluate, ftdcr_options, tr
 use super::outcome::{InverseMetrics, PathDifference, SegmentsResult, TrunkResult};
 use crate::tendon::columns::Columns;
 use crate::tendon::ftdcr::{N_FOLDS, folds, read_patterns};
-use crate::tendon::numbers::{print_cells, rms};
 use crate::tendon::{DataOptions, Outcome, session};
 
 /// Every sample counts for errors, every tenth for the distances of curves, which take time with the square of their
@@ -42,13 +40,13 @@ pub fn run(options: &DataOptions, context: &Context) -> Result<Outcome<InverseMe
             tracing::warn!("no recordings of the three-segment robot: it is skipped");
         }
         Ok(InverseMetrics {
-            trunk: trunk.map(|folder| study_trunk(&folder, quick, context)).transpose()?,
-            ftdcr: segments.map(|path| study_segments(&path, quick, context)).transpose()?,
+            trunk: trunk.map(|folder| study_trunk(&folder, quick)).transpose()?,
+            ftdcr: segments.map(|path| study_segments(&path, quick)).transpose()?,
         })
     })
 }
 
-fn study_trunk(folder: &Path, quick: bool, context: &Context) -> Result<TrunkResult> {
+fn study_trunk(folder: &Path, quick: bool) -> Result<TrunkResult> {
     let seeds = if quick { 1 } else { 5 };
     let angles = Columns::read(&folder.join("control_inputs_controlled_1.csv"))?;
     let angles = angles.rows_of(&columns("u", N_MOTORS))?;
@@ -88,22 +86,13 @@ fn study_trunk(folder: &Path, quick: bool, context: &Context) -> Result<TrunkRes
         .collect::<Result<Vec<[InverseScores; 2]>>>()?;
     let row = |k: usize| found.iter().map(|both| both[k].errors).collect::<Vec<Errors>>();
     let delays: Vec<Errors> = found.iter().map(|both| both[0].delays_s).collect();
-    print_delays(&delays, context);
     let (same, other) = (row(0), row(1));
-    print_errors(
-        "trunk, error of the motor angles [deg]",
-        &[("test blocks", &same), ("the same, 200 g at the tip", &other)],
-        context,
-    );
-    let paths = compare_paths(&tips, &loaded);
-    context.print("trunk, the path under load against the one without, same commands:");
-    context.print(json::to_text(paths)?);
     Ok(TrunkResult {
         methods: METHODS.map(str::to_owned).to_vec(),
         unseen_blocks_deg: same,
         loaded_deg: other,
         delays_s: delays,
-        path_under_load: paths,
+        path_under_load: compare_paths(&tips, &loaded),
     })
 }
 
@@ -125,7 +114,7 @@ fn compare_paths(tips: &[Vec<f64>], loaded: &[Vec<f64>]) -> PathDifference {
     }
 }
 
-fn study_segments(path: &Path, quick: bool, context: &Context) -> Result<SegmentsResult> {
+fn study_segments(path: &Path, quick: bool) -> Result<SegmentsResult> {
     let patterns = read_patterns(path)?;
     let fold_of = folds(patterns.len());
     let all: Vec<Demonstration> = patterns.iter().map(pattern).collect();
@@ -142,40 +131,7 @@ fn study_segments(path: &Path, quick: bool, context: &Context) -> Result<Segment
         })
         .collect::<Result<Vec<InverseScores>>>()?;
     let errors: Vec<Errors> = found.iter().map(|test| test.errors).collect();
-    let rows = [("test patterns, five folds", &errors)];
-    print_errors("three segments, error of the strokes [mm]", &rows, context);
     Ok(SegmentsResult { methods: METHODS.map(str::to_owned).to_vec(), folds_mm: errors })
-}
-
-/// Mean and deviation over seeds or folds.
-fn print_errors(what: &str, rows: &[(&str, &Vec<Errors>)], context: &Context) {
-    let mut cells = vec![vec![what.to_owned()]];
-    cells[0].extend(METHODS.map(str::to_owned));
-    for (name, found) in rows {
-        let mut row = vec![(*name).to_owned()];
-        row.extend((0..METHODS.len()).map(|m| {
-            let average = mean(found.iter().map(|errors| errors[m]));
-            format!("{average:.3} ± {:.3}", rms(found.iter().map(|errors| errors[m] - average)))
-        }));
-        cells.push(row);
-    }
-    print_cells(context, &cells);
-    context.print("");
-}
-
-/// The delays that the methods chose, mean over the seeds.
-fn print_delays(delays: &[Errors], context: &Context) {
-    let cells = METHODS.iter().enumerate().map(|(m, name)| {
-        let delay = mean(delays.iter().map(|delays| delays[m]));
-        format!("{name} {:.0} ms", 1e3 * delay)
-    });
-    let cells = cells.collect::<Vec<_>>().join("; ");
-    context.print(format_args!("trunk, delay of the tip behind the angles: {cells}"));
-}
-
-fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
-    let n = values.len().max(1) as f64;
-    values.sum::<f64>() / n
 }
 
 fn columns(stem: &str, n: usize) -> Vec<String> {

@@ -4,6 +4,7 @@
 //! identification, and a network trained on it on the tests of `coreact`, measure the benefit.
 
 mod outcome;
+mod page;
 mod run;
 
 pub use outcome::{LayoutMetrics, LayoutReach};

@@ -11,7 +11,7 @@ use nalgebra::Matrix3xX;
 use super::outcome::{LayoutMetrics, LayoutReach};
 use crate::tendon::commands::{Chain, FRICTION, TESTS, read_outcome};
 use crate::tendon::coreact::{TwinAblation, TwinModels};
-use crate::tendon::numbers::{percentile, print_cells};
+use crate::tendon::numbers::percentile;
 use crate::tendon::{Options, Outcome, session};
 
 /// Segments of two tendons each between the same ends, and their length [mm]: the paper's, and fewer.
@@ -48,9 +48,6 @@ fn measure(options: &Options, context: &Context) -> Result<LayoutMetrics> {
     }
     let robot = "typical, one pass on a third of the recordings";
     let table = TwinAblation { chain, tests }.roll_out(&twins, "data", robot)?;
-    print(&found, context);
-    context.print(&table.robot);
-    print_cells(context, &table.cells());
     Ok(LayoutMetrics { layouts: found, ladder: table })
 }
 
@@ -90,26 +87,4 @@ fn layout(name: &str, identified: &Path, n_tendons: usize) -> Result<LayoutReach
     }
     let singular_values = singular.map(|values| percentile(&values, 0.5));
     Ok(LayoutReach { layout: name.to_owned(), singular_values, left_median_p99_mm })
-}
-
-fn print(layouts: &[LayoutReach], context: &Context) {
-    let heading = [
-        "",
-        "singular values of ∂tip/∂s* [-]",
-        "largest over smallest",
-        "tip left off: median [mm]",
-        "99 % [mm]",
-    ];
-    let mut cells = vec![heading.map(str::to_owned).to_vec()];
-    for one in layouts {
-        let [first, second, third] = one.singular_values;
-        cells.push(vec![
-            one.layout.clone(),
-            format!("{first:.2}, {second:.2}, {third:.3}"),
-            format!("{:.0}", first / third),
-            format!("{:.3}", one.left_median_p99_mm[0]),
-            format!("{:.3}", one.left_median_p99_mm[1]),
-        ]);
-    }
-    print_cells(context, &cells);
 }

@@ -7,6 +7,7 @@
 //! and named.
 
 mod outcome;
+mod page;
 mod plans;
 mod run;
 

@@ -3,11 +3,10 @@
 use anyhow::Result;
 use hysteron_workflow::{Context, WorkflowError};
 
-use super::outcome::{PopulationMetrics, PopulationPath, PopulationRobot};
+use super::outcome::{METHODS, PopulationMetrics, PopulationPath, PopulationRobot};
 use super::plans::{synthetic_plan, write_nominal_scene, write_recorded_plan};
 use crate::tendon::commands::{Chain, Strokes};
-use crate::tendon::numbers::print_cells;
-use crate::tendon::path_following::{Followed, FollowedKeys, FollowedMethod, HEADING, means};
+use crate::tendon::path_following::{Followed, FollowedKeys, FollowedMethod};
 use crate::tendon::session::StudySession;
 use crate::tendon::{Outcome, PopulationOptions};
 
@@ -16,10 +15,6 @@ const ROBOTS: u64 = 10;
 /// Paths, as far out as the recordings go.
 const TARGETS: [&str; 7] =
     ["circle:40", "diamond:40", "square:30", "ellipse:40", "figure_eight:40", "lissajous:36", "rose:40"];
-/// Ways to strokes.
-const METHODS: [&str; 5] =
-    ["nominal scene", "fitted scene", "network of recorded data", "calibrated twin", "hybrid network"];
-
 /// Those that a scene is fitted to.
 const FITTED: [&str; 3] = ["circle", "square", "rose"];
 /// Options of the fit: the scene does not know where the tip rests.
@@ -112,11 +107,11 @@ pub fn run(
             Err(error @ WorkflowError::Cancelled(_)) => return Err(error),
             other => other.map_err(|error| error.to_string()),
         };
-        all.push(Robot { found, name });
+        all.push(Robot { found, name: name.clone() });
         // After every robot, so that a study that is stopped has reported its results.
-        print(&all, effort.targets, context);
         let robots = all.iter().map(|one: &Robot| one.result(effort.targets)).collect();
         outcome = session.write(PopulationMetrics { robots })?;
+        context.print(&name);
     }
     Ok(session.finish(outcome))
 }
@@ -169,35 +164,10 @@ fn fit(chain: &Chain<'_>, nominal: &str, steps: &str) -> Result<String> {
     Ok(out)
 }
 
-/// For each method a line per robot, and one for their mean: the mean over the paths of every number.
-fn print(robots: &[Robot], targets: &[&str], context: &Context) {
-    context.print(format_args!("mean of {}", targets.join(", ")));
-    let mut cells = vec![vec![HEADING.to_owned()]];
-    cells[0].extend(METHODS.map(str::to_owned));
-    for robot in robots {
-        cells.push(match &robot.found {
-            Ok(rows) => line(&robot.name, rows),
-            Err(why) => {
-                let first = why.lines().next().unwrap_or_default();
-                context.print(format_args!("{} failed: {first}", robot.name));
-                [vec![robot.name.clone()], vec!["failed".to_owned(); METHODS.len()]].concat()
-            }
-        });
-    }
-    let all: Vec<Row> =
-        robots.iter().filter_map(|robot| robot.found.as_ref().ok()).flatten().copied().collect();
-    cells.push(line("all", &all));
-    print_cells(context, &cells);
-}
-
-fn line(name: &str, rows: &[Row]) -> Vec<String> {
-    let cell = |method: usize| means(&rows.iter().map(|row| row[method]).collect::<Vec<_>>());
-    std::iter::once(name.to_owned()).chain((0..METHODS.len()).map(cell)).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tendon::outcome::StudyMetrics;
 
     #[test]
     fn a_failed_robot_is_reported_and_does_not_count() {
@@ -207,9 +177,16 @@ mod tests {
         let mut rows = [[one(2.0); METHODS.len()]; 2];
         rows[1] = [one(1.0), None, one(1.0), one(1.0), one(1.0)];
         rows[0][1] = None;
-        let cells = line("a", &rows);
-        assert_eq!(cells[..4], ["a", "1.50, 0.900, 1.00, 50", "-", "1.50, 0.900, 1.00, 50"]);
+        let found = Robot { name: "a".to_owned(), found: Ok(rows.to_vec()) };
         let failed = Robot { name: "b".to_owned(), found: Err("a stage".to_owned()) };
-        assert_eq!(failed.result(&TARGETS).failed.as_deref(), Some("a stage"));
+        let robots = [found, failed].map(|robot| robot.result(&TARGETS[..2]));
+        assert_eq!(robots[1].failed.as_deref(), Some("a stage"));
+        let metrics = PopulationMetrics { robots: robots.to_vec() };
+        let table = &metrics.tables()[0];
+        assert_eq!(table.rows[0][..4], ["a", "1.50, 0.900, 1.00, 50", "-", "1.50, 0.900, 1.00, 50"]);
+        assert_eq!(table.rows[1][..2], ["b", "failed"]);
+        assert_eq!(table.rows[2][1..], table.rows[0][1..]);
+        let reasons = metrics.verdict().sentence;
+        assert!(reasons.contains("a stage failed on 1 of 2 robots"), "{reasons}");
     }
 }

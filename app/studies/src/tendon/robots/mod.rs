@@ -3,6 +3,7 @@
 //! their training.
 
 mod outcome;
+mod page;
 mod run;
 
 pub use outcome::RobotsMetrics;

@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use super::outcome::RobotsMetrics;
 use crate::tendon::commands::{Chain, TESTS};
 use crate::tendon::coreact::{PathErrors, TwinAblation, TwinErrors, TwinModels, TwinTable};
-use crate::tendon::numbers::print_cells;
 use crate::tendon::{Options, Outcome, session};
 
 /// Presets, and the share of the recordings that their twins learn from: every third.
@@ -42,10 +41,6 @@ fn measure(options: &Options, context: &Context) -> Result<RobotsMetrics> {
     study.chain.record("typical", "paper", "data")?;
     let models = study.models(&study.chain.training_recordings()?, [1; 2], epochs)?;
     tables.push(population(&study, &models, members)?);
-    for table in &tables {
-        context.print(&table.robot);
-        print_cells(context, &table.cells());
-    }
     Ok(RobotsMetrics { ladders: tables })
 }
 

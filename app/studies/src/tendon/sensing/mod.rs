@@ -5,6 +5,7 @@
 //! the sensor is fitted on further ones, and evaluated on others.
 
 mod outcome;
+mod page;
 mod recordings;
 mod run;
 

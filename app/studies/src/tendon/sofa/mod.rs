@@ -2,6 +2,7 @@
 
 mod curve;
 mod outcome;
+mod page;
 mod run;
 
 pub use curve::{Curve, Difference, compare, solve};

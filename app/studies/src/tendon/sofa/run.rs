@@ -4,17 +4,16 @@ use hysteron_base::MaterialLaw;
 use hysteron_workflow::{Context, WorkflowError};
 
 use super::curve::{Curve, Difference, compare};
-use super::outcome::Comparison;
-use crate::tendon::numbers::print_cells;
+use super::outcome::{Comparison, SAME_LAW};
 use crate::tendon::scenes::sofa_mesh;
 use crate::tendon::{Options, Outcome, session};
 
 /// Comparisons: name, law of the twin, curve of the reference and its last row.
 const CASES: [(&str, MaterialLaw, &str, usize); 4] = [
     ("edges against SOFA polar", MaterialLaw::CorotationalEdges, "ref_A_qs_aux0_polar_one.csv", 38),
-    ("polar factor against SOFA polar", MaterialLaw::Corotational, "ref_A_qs_aux0_polar_one.csv", 38),
+    (SAME_LAW[0], MaterialLaw::Corotational, "ref_A_qs_aux0_polar_one.csv", 38),
     ("polar factor against SOFA large", MaterialLaw::Corotational, "ref_A_qs_aux0_one.csv", 50),
-    ("edges against SOFA large", MaterialLaw::CorotationalEdges, "ref_A_qs_aux0_one.csv", 50),
+    (SAME_LAW[1], MaterialLaw::CorotationalEdges, "ref_A_qs_aux0_one.csv", 50),
 ];
 
 /// Runs the study.
@@ -22,11 +21,7 @@ const CASES: [(&str, MaterialLaw, &str, usize); 4] = [
 /// # Errors
 /// The reference cannot be read, or a step fails.
 pub fn run(options: &Options, context: &Context) -> Result<Outcome<Vec<Comparison>>, WorkflowError> {
-    session::run("sofa", &options.out, context, || {
-        let found = comparisons(options)?;
-        print(&found, context);
-        Ok(found)
-    })
+    session::run("sofa", &options.out, context, || comparisons(options))
 }
 
 fn comparisons(options: &Options) -> anyhow::Result<Vec<Comparison>> {
@@ -47,16 +42,4 @@ fn comparisons(options: &Options) -> anyhow::Result<Vec<Comparison>> {
         }
     }
     Ok(found)
-}
-
-fn print(found: &[Comparison], context: &Context) {
-    context.print("worst relative differences");
-    let heading = ["comparison", "to [mm]", "tip", "deflection", "tension"];
-    let mut cells = vec![heading.map(str::to_owned).to_vec()];
-    for one in found {
-        let figures = [one.worst_tip, one.worst_deflection, one.worst_tension].map(|v| format!("{v:.2e}"));
-        let name = vec![one.comparison.clone(), format!("{:.1}", one.to_stroke_mm)];
-        cells.push([name, figures.to_vec()].concat());
-    }
-    print_cells(context, &cells);
 }

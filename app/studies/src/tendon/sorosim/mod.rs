@@ -7,6 +7,7 @@
 //! has no torsion.
 
 mod outcome;
+mod page;
 mod run;
 
 pub use outcome::{ErrorStatistics, RodResolution, StationErrors};

@@ -1,5 +1,7 @@
 //! The numbers of `study sorosim`.
 
+use hysteron_report::verdict::{Criterion, Verdict};
+use hysteron_workflow::shared::verdict::digits;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -48,4 +50,25 @@ pub struct ErrorStatistics {
     pub p95: f64,
     /// Largest.
     pub max: f64,
+}
+
+impl StationErrors {
+    /// Names of the stations with their errors.
+    pub(super) fn named(&self) -> [(&'static str, &ErrorStatistics); 3] {
+        [("mid-length", &self.mid_length), ("tip", &self.tip), ("all stations but the clamp", &self.all)]
+    }
+}
+
+/// Whether the finest rod takes the shapes of the reference.
+pub(super) fn assess(found: &[RodResolution]) -> Verdict {
+    let builder = Verdict::on("the finite-element rod takes the shapes of SoRoSim");
+    let Some(finest) = found.iter().max_by_key(|one| one.n_unknowns) else { return builder.verdict() };
+    let ErrorStatistics { p95, max, .. } = finest.error_percent_of_length.tip;
+    let statement = format!(
+        "the tip is off by {} % of the length at most in 95 % of {} shapes, and by {} % in the worst",
+        digits(p95),
+        finest.shapes,
+        digits(max)
+    );
+    builder.because(Criterion::ErrorOverTarget, p95 / 100.0, statement).verdict()
 }

@@ -13,7 +13,7 @@ use hysteron_workflow::{Context, WorkflowError};
 use rayon::prelude::*;
 
 use super::outcome::{ErrorStatistics, RodResolution, StationErrors};
-use crate::tendon::numbers::{distance, percentile, print_cells};
+use crate::tendon::numbers::{distance, percentile};
 use crate::tendon::scenes::{Setting, twin};
 use crate::tendon::{DataOptions, Outcome, session};
 
@@ -89,24 +89,8 @@ fn compare(
             all: over(1..14),
         },
     };
-    print(&found, context);
+    context.print(format_args!("{sides} sides, {layers} layers: {:.0} s", found.seconds_on_two_threads));
     Ok(found)
-}
-
-fn print(found: &RodResolution, context: &Context) {
-    let RodResolution { shapes, sides, layers, n_unknowns, seconds_on_two_threads: seconds, .. } = found;
-    context.print(format_args!(
-        "{shapes} shapes, {sides} sides, {layers} layers, {n_unknowns} unknowns: {seconds:.0} s"
-    ));
-    let mut cells =
-        vec![["error, % of length", "median", "mean", "95 %", "largest"].map(str::to_owned).to_vec()];
-    let StationErrors { mid_length, tip, all } = &found.error_percent_of_length;
-    for (name, errors) in [("mid-length", mid_length), ("tip", tip), ("all stations but the clamp", all)] {
-        let values = [errors.median, errors.mean, errors.p95, errors.max].map(|v| format!("{v:.4}"));
-        cells.push([vec![name.to_owned()], values.to_vec()].concat());
-    }
-    print_cells(context, &cells);
-    context.print(format_args!("worst relative residual {:.1e}", found.worst_relative_residual));
 }
 
 /// The meshed rod, unloaded.

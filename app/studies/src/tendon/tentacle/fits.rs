@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::holds::{Hold, Markers, N_MARKERS};
 use super::outcome::{FittedValue, ParameterFit};
 use super::setup::{Key, Set, Setup, coarse_body};
-use crate::tendon::numbers::{print_cells, rms};
+use crate::tendon::numbers::rms;
 
 /// Root mean square by which a parameter must move the markers to count as observable [m].
 const SEEN: f64 = 1e-4;
@@ -131,13 +131,8 @@ pub fn mean_of_markers(errors: &[Errors]) -> f64 {
     (0..N_MARKERS).map(|m| rms(errors.iter().map(|e| e[m]))).sum::<f64>() / N_MARKERS as f64
 }
 
-/// Fits every set, prints the tables; the fitted setups and the metrics.
+/// Fits every set, prints what is found of each; the fitted setups and the metrics.
 pub fn run(bench: &Bench, context: &Context) -> Result<(Vec<Setup>, Vec<ParameterFit>)> {
-    let mut cells = vec![
-        ["fit on the eight holds", "p1 [mm]", "p2", "p3", "p4", "mean", "one hold left out"]
-            .map(str::to_owned)
-            .to_vec(),
-    ];
     let (mut setups, mut found) = (Vec::new(), Vec::new());
     for set in Set::ALL {
         let fit = bench.fit(set, None, &bench.holds)?;
@@ -151,10 +146,13 @@ pub fn run(bench: &Bench, context: &Context) -> Result<(Vec<Setup>, Vec<Paramete
                 estimate.name, estimate.value, estimate.identifiability
             ));
         }
+        let of_marker = |m: usize| format!("{:.2}", 1e3 * rms(all.iter().map(|e| e[m])));
         context.print(format_args!(
-            "{} ({} evaluations), {:.2} mm\n",
+            "{}: {} ({} evaluations), markers {} mm, mean {:.2} mm\n",
+            set.name(),
             fit.ended,
             fit.evaluations,
+            (0..N_MARKERS).map(of_marker).collect::<Vec<_>>().join(", "),
             1e3 * mean_of_markers(&all)
         ));
         // A search does not begin on a bound, where it would stay.
@@ -176,11 +174,6 @@ pub fn run(bench: &Bench, context: &Context) -> Result<(Vec<Setup>, Vec<Paramete
                 Ok(distances(bench.errors_in(&setup, &state, &hold).first().context("one hold")?))
             })
             .collect::<Result<_>>()?;
-        let of_marker = |m: usize| format!("{:.2}", 1e3 * rms(all.iter().map(|e| e[m])));
-        let mut row = vec![set.name().to_owned()];
-        row.extend((0..N_MARKERS).map(of_marker));
-        row.extend([&all, &left_out].map(|errors| format!("{:.2}", 1e3 * mean_of_markers(errors))));
-        cells.push(row);
         found.push(ParameterFit {
             set: set.name().to_owned(),
             mean_of_markers_rmse_mm: 1e3 * mean_of_markers(&all),
@@ -190,7 +183,6 @@ pub fn run(bench: &Bench, context: &Context) -> Result<(Vec<Setup>, Vec<Paramete
         });
         setups.push(setup);
     }
-    print_cells(context, &cells);
     Ok((setups, found))
 }
 

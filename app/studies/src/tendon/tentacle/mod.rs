@@ -8,6 +8,7 @@
 mod fits;
 mod holds;
 mod outcome;
+mod page;
 mod residual;
 mod run;
 mod setup;

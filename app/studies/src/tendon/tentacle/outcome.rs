@@ -1,5 +1,7 @@
 //! The numbers of `study tentacle`.
 
+use hysteron_report::verdict::{Criterion, Verdict};
+use hysteron_workflow::shared::verdict::{compared, repeated};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -96,4 +98,49 @@ pub struct SharedTensions {
     pub rmse_mm: f64,
     /// The same of test holds [mm].
     pub left_out_rmse_mm: Option<f64>,
+}
+
+/// Name of the simplest baseline, the rod model of the project's own.
+const ROD: &str = "own rod model";
+
+impl TentacleMetrics {
+    /// Methods with their mean of the markers' root mean square errors over session B [mm], fits on the holds that were left out.
+    pub(super) fn methods(&self) -> Vec<(String, f64)> {
+        // The one that the published rod model stands beside.
+        let nominal = self.summary.iter().find(|one| one.published_rod_mm.is_some());
+        let nominal = nominal.into_iter().flat_map(|one| {
+            [
+                (ROD, one.own_rod_mm),
+                ("published rod model", one.published_rod_mm),
+                ("twin, nominal parameters", Some(one.rmse_mm)),
+            ]
+        });
+        let nominal = nominal.filter_map(|(name, error)| Some((name.to_owned(), error?)));
+        let fits = self.fits.iter().flatten();
+        let fits =
+            fits.map(|fit| (format!("twin, fitted: {}", fit.set), fit.left_out_mean_of_markers_rmse_mm));
+        let shared = self.residual_tensions.iter().flat_map(|one| &one.readings);
+        let shared = shared.filter_map(|one| {
+            Some((format!("twin, residual tensions {}", one.sharing), one.left_out_rmse_mm?))
+        });
+        nominal.chain(fits).chain(shared).collect()
+    }
+}
+
+/// Whether the twin says more of the markers than a rod model.
+pub(super) fn assess(metrics: &TentacleMetrics) -> Verdict {
+    let builder = Verdict::on("the twin predicts the markers of a recorded tentacle better than a rod model");
+    let methods = metrics.methods();
+    let builder =
+        compared(builder, ("error of the markers on holds that were not fitted", "mm"), &methods, ROD);
+    let best = metrics
+        .fits
+        .iter()
+        .flatten()
+        .min_by(|a, b| a.left_out_mean_of_markers_rmse_mm.total_cmp(&b.left_out_mean_of_markers_rmse_mm));
+    let ratio = best.map(|fit| fit.left_out_mean_of_markers_rmse_mm / fit.mean_of_markers_rmse_mm);
+    let builder = builder.because_of(Criterion::HeldOutOverFitted, ratio, |ratio| {
+        format!("the error on a hold that was left out is {ratio:.2} times that on those that were fitted")
+    });
+    repeated(builder, metrics.holds.len(), "hold").verdict()
 }

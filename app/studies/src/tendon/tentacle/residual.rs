@@ -8,14 +8,12 @@ use anyhow::{Context as _, Result};
 use hysteron_base::{Scene, Tendon};
 use hysteron_fit::qp::{QpStatus, RowQp, solve_rows};
 use hysteron_twin::{Stepper, Target, Twin, TwinState, auxiliary_tendons};
-use hysteron_workflow::Context;
 use rayon::prelude::*;
 
 use super::fits::{Bench, Errors, distances, mean_of_markers};
 use super::holds::{Hold, N_MARKERS};
 use super::outcome::{ResidualTensions, SharedTensions};
 use super::setup::Setup;
-use crate::tendon::numbers::print_cells;
 
 const N: usize = 3 * N_MARKERS;
 /// Weight of (1 N)² against (1 cm)² of a coordinate.
@@ -179,8 +177,8 @@ impl<'a> Residual<'a> {
     }
 }
 
-/// Identifies residual tensions on top of `setup`, prints the table; the metrics.
-pub fn run(bench: &Bench, setup: &Setup, scene: &Scene, context: &Context) -> Result<ResidualTensions> {
+/// Residual tensions identified on top of `setup`.
+pub fn run(bench: &Bench, setup: &Setup, scene: &Scene) -> Result<ResidualTensions> {
     let layout = scene.auxiliary.as_ref().context("a layout of virtual cables")?;
     let cables = auxiliary_tendons(layout);
     let of = |errors: &[[f64; N]]| -> Vec<Errors> { errors.iter().map(distances).collect() };
@@ -211,17 +209,6 @@ pub fn run(bench: &Bench, setup: &Setup, scene: &Scene, context: &Context) -> Re
         })
         .collect::<Result<_>>()?;
     rows.push(("linear in the tensions", mean_of_markers(&of(&all)), Some(mean_of_markers(&of(&left_out)))));
-    let mut cells = vec![
-        ["residual tensions", "mean of the markers' RMSE [mm]", "one hold left out"]
-            .map(str::to_owned)
-            .to_vec(),
-    ];
-    for (name, error, left_out) in &rows {
-        let left_out = left_out.map_or("-".into(), |e| format!("{:.2}", 1e3 * e));
-        cells.push(vec![(*name).to_owned(), format!("{:.2}", 1e3 * error), left_out]);
-    }
-    context.print("");
-    print_cells(context, &cells);
     let row = |(name, error, left_out): &(&str, f64, Option<f64>)| SharedTensions {
         sharing: (*name).to_owned(),
         rmse_mm: 1e3 * error,

@@ -9,7 +9,7 @@ use hysteron_workflow::{Context, WorkflowError};
 use super::holds::{Hold, Markers, N_MARKERS, read_holds};
 use super::outcome::{HoldErrors, PooledError, TentacleMetrics};
 use super::{fits, residual};
-use crate::tendon::numbers::{print_cells, rms};
+use crate::tendon::numbers::rms;
 use crate::tendon::scenes::{Setting, tendon, twin};
 use crate::tendon::{DataOptions, Outcome, session};
 
@@ -33,9 +33,7 @@ fn measure(options: &DataOptions, context: &Context) -> Result<TentacleMetrics> 
     let meshes = options.shared.repository.join("meshes/tentacle");
     let twin = nominal(&meshes.join("tentacle-quadratic.msh"))?;
     let holds = errors(&twin, &recorded)?;
-    print_holds(&holds, context);
     let summary = summary(&holds);
-    print_summary(&summary, context);
     if options.shared.quick {
         return Ok(TentacleMetrics { holds, summary, fits: None, residual_tensions: None });
     }
@@ -43,7 +41,7 @@ fn measure(options: &DataOptions, context: &Context) -> Result<TentacleMetrics> 
     let (setups, fitted) = fits::run(&bench, context)?;
     let scene = Scene::read(meshes.join("scene-coreact.toml"))?;
     let last = setups.last().context("no set")?;
-    let residual = residual::run(&bench, last, &scene, context)?;
+    let residual = residual::run(&bench, last, &scene)?;
     Ok(TentacleMetrics { holds, summary, fits: Some(fitted), residual_tensions: Some(residual) })
 }
 
@@ -125,28 +123,4 @@ fn summary(holds: &[HoldErrors]) -> Vec<PooledError> {
         row("all holds, pooled", pooled(all), Some(OWN_ROD[2]), None),
         row("all holds, mean of the markers' RMSE", of_markers(all), None, None),
     ]
-}
-
-fn print_holds(holds: &[HoldErrors], context: &Context) {
-    let heading = ["hold", "session", "T1 [N]", "T2 [N]", "p1 [mm]", "p2", "p3", "p4", "RMSE [mm]"];
-    let mut cells = vec![heading.map(str::to_owned).to_vec()];
-    for one in holds {
-        let mut row = vec![one.hold.to_string(), one.session.clone()];
-        row.extend(one.tensions_n.iter().chain(&one.marker_error_mm).map(|v| format!("{v:.2}")));
-        row.push(format!("{:.2}", one.rmse_mm));
-        cells.push(row);
-    }
-    print_cells(context, &cells);
-}
-
-fn print_summary(summary: &[PooledError], context: &Context) {
-    context.print("");
-    let heading = ["RMSE [mm]", "this FE twin", "own rod model", "published rod model"];
-    let mut cells = vec![heading.map(str::to_owned).to_vec()];
-    for one in summary {
-        let optional = |v: Option<f64>| v.map_or("-".to_owned(), |v| format!("{v:.1}"));
-        let twin = format!("{:.2}", one.rmse_mm);
-        cells.push(vec![one.over.clone(), twin, optional(one.own_rod_mm), optional(one.published_rod_mm)]);
-    }
-    print_cells(context, &cells);
 }

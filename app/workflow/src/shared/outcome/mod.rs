@@ -18,6 +18,11 @@ pub trait Outcome: Serialize + DeserializeOwned + JsonSchema {
     fn verdict(&self) -> Option<&Verdict> {
         None
     }
+
+    /// Tables for people, line by line, of verbs that show them below their verdict.
+    fn lines(&self) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// An outcome as a terminal prints it.
@@ -25,6 +30,8 @@ pub trait Outcome: Serialize + DeserializeOwned + JsonSchema {
 pub struct Printed {
     /// The verdict, for people.
     pub verdict: Option<Verdict>,
+    /// Lines below it.
+    pub lines: Vec<String>,
     /// The whole outcome as JSON, for programs.
     pub json: String,
 }
@@ -35,12 +42,13 @@ impl Printed {
     /// # Errors
     /// Those of writing JSON.
     pub fn new<T: Outcome>(outcome: &T) -> anyhow::Result<Self> {
-        Ok(Self { verdict: outcome.verdict().cloned(), json: json::to_text(outcome)? })
+        let (verdict, lines) = (outcome.verdict().cloned(), outcome.lines());
+        Ok(Self { verdict, lines, json: json::to_text(outcome)? })
     }
 
     /// Of a verb without an outcome.
     pub fn nothing() -> Self {
-        Self { verdict: None, json: "{}\n".to_owned() }
+        Self { verdict: None, lines: Vec::new(), json: "{}\n".to_owned() }
     }
 }
 
