@@ -30,7 +30,7 @@ const WIDTH: f64 = 0.05;
 /// Drive gains of the UR10e [N m/A], from the file of parameters that comes with its data.
 const UR10E_GAINS: [f64; 6] = [10.0, 10.6956, 8.4566, 9.0029, 9.48, 10.1232];
 
-/// What the program writes.
+/// The file that the example writes.
 #[derive(Serialize)]
 struct Outcome {
     format: MetricsFormat,

@@ -46,7 +46,7 @@ impl<M: StudyMetrics> hysteron_workflow::shared::outcome::Outcome for Outcome<M>
 pub trait StudyMetrics: Serialize + DeserializeOwned + JsonSchema {
     /// Title of the page.
     const TITLE: &'static str;
-    /// What the study compares, for a reader of the page.
+    /// Comparison that the study makes, for a reader of the page.
     const ABOUT: &'static str;
 
     /// Whether the result can be used.

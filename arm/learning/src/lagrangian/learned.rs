@@ -27,7 +27,7 @@ struct Header<'a, D> {
     details: &'a D,
 }
 
-/// What a reader needs of [`Header`].
+/// Fields of [`Header`] that a reader needs.
 #[derive(Deserialize)]
 struct ShapeHeader {
     shape: NetworkShape,

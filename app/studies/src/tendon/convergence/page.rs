@@ -59,7 +59,7 @@ impl StudyMetrics for Vec<MeshResolution> {
     }
 }
 
-/// What carries a tendon, by the radius of its rings [mm].
+/// Carrier of a tendon, by the radius of its rings [mm].
 fn carrier(ring_mm: f64) -> &'static str {
     if ring_mm > 0.0 { "ring" } else { "point" }
 }

@@ -52,7 +52,7 @@ impl StudyMetrics for EdicMetrics {
     }
 }
 
-/// What the paper reached on a path.
+/// Errors that the paper gives for a path.
 fn paper(path: &EdicPath) -> Followed {
     Followed {
         nrmse_percent: path.paper_nrmse_percent,

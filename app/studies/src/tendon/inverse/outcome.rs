@@ -74,7 +74,7 @@ pub(super) fn assess(metrics: &InverseMetrics) -> Verdict {
 
 /// A test with the errors of all methods.
 pub(super) struct InverseTest<'a> {
-    /// What was tested on.
+    /// Name of the test recordings.
     pub what: &'static str,
     /// Unit of the errors.
     pub unit: &'static str,

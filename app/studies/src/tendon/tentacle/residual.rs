@@ -172,7 +172,7 @@ impl<'a> Residual<'a> {
             qp.bounds.push([free(bounds.min), free(bounds.max)]);
         }
         let (step, status) = solve_rows(&qp);
-        anyhow::ensure!(status == QpStatus::Solved, "the QP of the residual tensions: {status:?}");
+        anyhow::ensure!(status == QpStatus::Solved, "the QP of the residual tensions: {status}");
         Ok(step)
     }
 }
