@@ -10,10 +10,11 @@
 //! A network that was just drawn, one sample at a time:
 //!
 //! ```
-//! use hysteron_learn::{Architecture, Head, Network, Runner};
+//! use hysteron_learn::{Architecture, HeadActivation, Network, NetworkRunner};
 //!
-//! let architecture = Architecture { inputs: 2, hidden: 8, layers: 1, outputs: 1, head: Head::Linear, dropout: 0.0 };
-//! let mut runner = Runner::new(&Network::new(&architecture, 1)?);
+//! let head = HeadActivation::Linear;
+//! let architecture = Architecture { inputs: 2, hidden: 8, layers: 1, outputs: 1, head, dropout: 0.0 };
+//! let mut runner = NetworkRunner::new(&Network::new(&architecture, 1)?);
 //! let first = runner.step(&[0.5, -0.5])[0];
 //! runner.reset();
 //! assert_eq!(runner.step(&[0.5, -0.5])[0], first);

@@ -52,7 +52,7 @@ fn every_end_of_a_calibration_switches_the_torque_off_also_with_hold() {
     let n_asked = Cell::new(0);
     let asked = || n_asked.replace(n_asked.get() + 1) > MOMENT;
     let error = calibrated(&mut stage, &config, &asked, &mut |_| {}).unwrap_err().to_string();
-    assert!(error.contains("stopped") && !stage.is_under_torque(), "{error}");
+    assert!(error.contains("interrupted") && !stage.is_under_torque(), "{error}");
     // A search that fails.
     let mut untied = typical();
     untied.tendons.slack[2] = 0.1;
