@@ -41,7 +41,8 @@ fn comparisons_with_other_programs_are_judged_by_their_differences() {
         )
     };
     let sofa = |tip: f64| {
-        let rows = ["polar factor against SOFA polar", "edges against SOFA large"].map(|name| row(name, tip));
+        // Another law may be off by any amount.
+        let rows = [row("edges against SOFA polar", tip), row("edges against SOFA large", 0.5)];
         sentence::<Vec<super::sofa::Comparison>>(&format!("[{}]", rows.join(",")))
     };
     assert!(sofa(0.003).starts_with("Usable: "), "{}", sofa(0.003));

@@ -12,7 +12,7 @@ impl StudyMetrics for Vec<Comparison> {
     const TITLE: &'static str = "Tip and tension compared with SOFA";
     const ABOUT: &'static str = "One tendon of a tube is pulled, in SOFA and in the twin, on the same mesh. Differences are the largest of all \
          strokes up to the one that is named: distance of the tips, and difference of the tips' distances from rest, over the deflection; \
-         difference of the tensions over the tension.";
+         difference of the tensions over the tension. SOFA's law `polar` takes its frames from edges; the other rows compare one law with another.";
 
     fn verdict(&self) -> Verdict {
         assess(self)
