@@ -14,7 +14,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use baseline::Baseline;
-use window::{Source, Window};
+use window::{ServoRecordings, Window};
 
 /// How fast a quantity may change, as a part of itself over the root of an hour.
 const DRIFT: f64 = 0.1;
@@ -146,7 +146,7 @@ impl Health {
     /// # Errors
     /// `BadInput` naming what is wrong with a recording.
     pub fn of(recordings: &[&Recording], baseline: Option<&Baseline>) -> Result<Option<Self>, BadInput> {
-        let Some(source) = Source::new(recordings)? else { return Ok(None) };
+        let Some(source) = ServoRecordings::new(recordings)? else { return Ok(None) };
         let windows = source.windows();
         let n = source.n_servos();
         let servos = (0..n).map(|k| servo(k, &windows, baseline.and_then(|baseline| baseline.servos.get(k))));

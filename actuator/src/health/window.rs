@@ -30,7 +30,7 @@ struct RecordingPart<'a> {
 }
 
 /// Recordings of one rig.
-pub(super) struct Source<'a> {
+pub(super) struct ServoRecordings<'a> {
     recordings: Vec<&'a Recording>,
     /// Stroke of a tick of every servo [m].
     per_tick: Vec<Option<f64>>,
@@ -49,7 +49,7 @@ pub(super) struct Window {
     pub hottest: Vec<f64>,
 }
 
-impl<'a> Source<'a> {
+impl<'a> ServoRecordings<'a> {
     /// `None` where there is nothing of servos.
     pub fn new(recordings: &[&'a Recording]) -> Result<Option<Self>, BadInput> {
         let Some(first) = recordings.first() else { return Ok(None) };

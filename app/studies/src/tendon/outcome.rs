@@ -38,7 +38,7 @@ impl<M: StudyMetrics> hysteron_workflow::shared::outcome::Outcome for Outcome<M>
     }
 
     fn lines(&self) -> Vec<String> {
-        self.metrics.tables().iter().flat_map(Table::lines).collect()
+        self.metrics.tables().iter().flat_map(StudyTable::lines).collect()
     }
 }
 
@@ -53,7 +53,7 @@ pub trait StudyMetrics: Serialize + DeserializeOwned + JsonSchema {
     fn verdict(&self) -> Verdict;
 
     /// The numbers as tables, for the page and for a terminal.
-    fn tables(&self) -> Vec<Table>;
+    fn tables(&self) -> Vec<StudyTable>;
 
     /// Adds the figures to a page.
     ///
@@ -64,7 +64,7 @@ pub trait StudyMetrics: Serialize + DeserializeOwned + JsonSchema {
 
 /// A table with its title.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table {
+pub struct StudyTable {
     /// Title.
     pub title: String,
     /// Headings of its columns.
@@ -73,7 +73,7 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
-impl Table {
+impl StudyTable {
     /// A table of these rows.
     pub(super) fn new<H: Into<String>>(
         title: impl Into<String>,

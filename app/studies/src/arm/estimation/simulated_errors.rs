@@ -63,7 +63,7 @@ impl<D: Dynamics> Dynamics for OffsetDynamics<D> {
 
 /// Curves over time, joint by joint.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Comparison {
+pub struct ErrorComparison {
     /// [s].
     pub time_s: Vec<f64>,
     /// True values; empty where there are none.
@@ -116,7 +116,7 @@ impl Scenario<'_> {
         rows
     }
 
-    fn comparison(&self, truth: &[f64], [inverse, observer]: [Vec<f64>; 2]) -> Comparison {
+    fn comparison(&self, truth: &[f64], [inverse, observer]: [Vec<f64>; 2]) -> ErrorComparison {
         let n = self.model.n_joints();
         let shown = |rows: &[f64]| -> Vec<Vec<f64>> {
             (0..n).map(|j| rows.iter().skip(j).step_by(n * DECIMATION).copied().collect()).collect()
@@ -131,7 +131,7 @@ impl Scenario<'_> {
             };
             (0..n).map(of).collect()
         });
-        Comparison {
+        ErrorComparison {
             time_s: (0..self.n_samples()).step_by(DECIMATION).map(|k| k as f64 * self.period).collect(),
             truth: if truth.is_empty() { vec![] } else { shown(truth) },
             inverse_dynamics: shown(&inverse),
@@ -144,7 +144,12 @@ impl Scenario<'_> {
     ///
     /// # Errors
     /// A filter that the period does not allow.
-    pub fn with_noise(&self, deviation: f64, gain: &ObserverGain, seed: u64) -> Result<Comparison, BadInput> {
+    pub fn with_noise(
+        &self,
+        deviation: f64,
+        gain: &ObserverGain,
+        seed: u64,
+    ) -> Result<ErrorComparison, BadInput> {
         let n = self.model.n_joints();
         let [mut q, _, tau, external] = self.rows();
         let mut noise = normal(seed, "noise");
@@ -169,7 +174,7 @@ impl Scenario<'_> {
     }
 
     /// Both estimators with `offsets` on every element of M, C and g, without noise or filters. Figure 8.
-    pub fn with_wrong_model(&self, offsets: [f64; 3], gain: &ObserverGain) -> Comparison {
+    pub fn with_wrong_model(&self, offsets: [f64; 3], gain: &ObserverGain) -> ErrorComparison {
         let n = self.model.n_joints();
         let [q, dq, tau, external] = self.rows();
         let wrong = || OffsetDynamics { dynamics: RigidBody::new(self.model), offsets };
@@ -192,7 +197,7 @@ impl Scenario<'_> {
     ///
     /// Of inverse dynamics it is Y δπ (eq. 22). Of the observer, eq. 23: Ṡ = L (S_ID − S − ∂M M⁻¹ (τ_ID − τ_NDO)), since
     /// ∂L = −L ∂M M⁻¹.
-    pub fn sensitivity(&self, direction: &[[f64; 10]], gain: &ObserverGain) -> Comparison {
+    pub fn sensitivity(&self, direction: &[[f64; 10]], gain: &ObserverGain) -> ErrorComparison {
         let n = self.model.n_joints();
         let (mut data, mut changed) = (Data::new(self.model, 0.0), Data::new(self.model, 0.0));
         changed.inertias = direction.iter().map(|p| Inertia::from_parameters(*p)).collect();

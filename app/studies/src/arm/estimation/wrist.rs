@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use super::known::{KnownArm, TERMS};
 use super::normal;
 use super::plant::{Controller, Imperfections, Path, Plant, PlantTrial, TrueFriction};
-use super::simulated_errors::{Comparison, Scenario, by_mass};
+use super::simulated_errors::{ErrorComparison, Scenario, by_mass};
 use hysteron_arm_dynamics::{Data, ExternalForce, Model, inverse_dynamics, mass_matrix};
 use hysteron_arm_estimation::identify::{BodyOptions, JointMotion, Smoothing, identify_bodies};
 use hysteron_arm_estimation::observer::{
@@ -419,7 +419,7 @@ pub fn wrist_cell(
 ///
 /// # Errors
 /// None for the motion here.
-pub fn simulated_errors(wrists: &Wrists) -> Result<[Comparison; 3], BadInput> {
+pub fn simulated_errors(wrists: &Wrists) -> Result<[ErrorComparison; 3], BadInput> {
     let model = &wrists.real;
     let path = |t: f64| tracking(Load::Payload, t);
     let disturbance = |t: f64| vec![(TAU * 0.25 * t).sin(), 0.4 * (TAU * 0.4 * t).sin()];

@@ -5,7 +5,7 @@ use std::path::Path;
 use hysteron_base::json;
 use hysteron_learn::Result;
 
-use crate::arm::estimation::simulated_errors::Comparison;
+use crate::arm::estimation::simulated_errors::ErrorComparison;
 use crate::arm::estimation::wrist::{Load, WristCell, Wrists, identify_wrist, simulated_errors, wrist_cell};
 use crate::arm::estimation::wrist_sweep::{SweepCell, sweep_cell};
 use crate::runner::cells::{Listener, Steps, cell, make_folder};
@@ -16,7 +16,7 @@ pub struct WristStudy {
     /// Trials: by drift of friction, load, and seed.
     pub cells: Vec<WristCell>,
     /// Noise, wrong model, sensitivity to the mass of the second link.
-    pub simulated: [Comparison; 3],
+    pub simulated: [ErrorComparison; 3],
     /// The identification of the first seed.
     pub sweep: SweepCell,
 }

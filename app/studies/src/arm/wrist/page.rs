@@ -9,7 +9,7 @@ use hysteron_report::page::{Page, write_metrics, write_page};
 use super::cells::{DRIFTS, WristStudy};
 use super::outcome::{Outcome, means};
 use crate::arm::estimation::page::{joints, ours_and_published};
-use crate::arm::estimation::simulated_errors::Comparison;
+use crate::arm::estimation::simulated_errors::ErrorComparison;
 use crate::arm::estimation::wrist::{Load, METHODS, WristCell, published};
 use crate::arm::estimation::wrist_sweep::{SweepCell, TORQUES};
 
@@ -124,7 +124,7 @@ fn estimates(cell: &WristCell, part: &str, methods: &[&str]) -> TimeChart {
     joints(&name, [&title, "True and estimated torque over time [s].", "N m"], &cell.time_s, &curves)
 }
 
-fn compared(comparison: &Comparison, [name, title, unit]: [&str; 3]) -> TimeChart {
+fn compared(comparison: &ErrorComparison, [name, title, unit]: [&str; 3]) -> TimeChart {
     let pair = |rows: &[Vec<f64>]| [0, 1].map(|j| rows.get(j).cloned().unwrap_or_default());
     let mut curves = vec![
         ("inverse dynamics".to_owned(), pair(&comparison.inverse_dynamics)),

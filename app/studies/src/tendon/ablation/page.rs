@@ -7,7 +7,7 @@ use hysteron_report::verdict::Verdict;
 
 use super::outcome::{AblatedRobot, AblationMetrics, LEVELS, assess};
 use crate::tendon::numbers::mean;
-use crate::tendon::outcome::{StudyMetrics, Table};
+use crate::tendon::outcome::{StudyMetrics, StudyTable};
 use crate::tendon::path_following::{Followed, HEADING, means};
 
 impl StudyMetrics for AblationMetrics {
@@ -19,7 +19,7 @@ impl StudyMetrics for AblationMetrics {
         assess(self)
     }
 
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self) -> Vec<StudyTable> {
         let targets: Vec<&str> = self
             .robots
             .first()
@@ -33,7 +33,7 @@ impl StudyMetrics for AblationMetrics {
             self.robots.iter().map(|robot| line(&robot.robot, &robot.followed().collect::<Vec<_>>()));
         let members = self.robots.iter().filter(|robot| robot.is_member());
         let all = line("population", &members.flat_map(AblatedRobot::followed).collect::<Vec<_>>());
-        vec![Table::new(title, headings, robots.chain([all]))]
+        vec![StudyTable::new(title, headings, robots.chain([all]))]
     }
 
     fn show(&self, folder: &ReportFolder<'_>, page: &mut Page) -> anyhow::Result<()> {

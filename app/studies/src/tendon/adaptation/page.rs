@@ -7,7 +7,7 @@ use hysteron_report::verdict::Verdict;
 
 use super::outcome::{AdaptationMetrics, Row, Tip, assess};
 use crate::tendon::numbers::shown;
-use crate::tendon::outcome::{StudyMetrics, Table};
+use crate::tendon::outcome::{StudyMetrics, StudyTable};
 
 /// One of the runs of a row.
 type TipOf = fn(&Row) -> Option<Tip>;
@@ -21,7 +21,7 @@ impl StudyMetrics for AdaptationMetrics {
         assess(self)
     }
 
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self) -> Vec<StudyTable> {
         let headings = [
             "Change",
             "Target",
@@ -47,7 +47,7 @@ impl StudyMetrics for AdaptationMetrics {
                 shown(row.unchanged_robot_aligned_rmse_mm, 2),
             ]
         };
-        vec![Table::new("Before and after adaptation", headings, self.rows.iter().map(row))]
+        vec![StudyTable::new("Before and after adaptation", headings, self.rows.iter().map(row))]
     }
 
     fn show(&self, folder: &ReportFolder<'_>, page: &mut Page) -> anyhow::Result<()> {

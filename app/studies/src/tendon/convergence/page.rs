@@ -7,7 +7,7 @@ use hysteron_report::verdict::Verdict;
 
 use super::outcome::{MeshResolution, ORDERS, assess, rings};
 use crate::tendon::numbers::shown;
-use crate::tendon::outcome::{StudyMetrics, Table};
+use crate::tendon::outcome::{StudyMetrics, StudyTable};
 
 impl StudyMetrics for Vec<MeshResolution> {
     const TITLE: &'static str = "Linear and quadratic tetrahedra, finer and finer";
@@ -18,13 +18,13 @@ impl StudyMetrics for Vec<MeshResolution> {
         assess(self)
     }
 
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self) -> Vec<StudyTable> {
         let strokes = self.first().map_or([0.0; 3], |one| one.stroke_mm);
         let at = strokes.iter().flat_map(|mm| [format!("Tip at {mm:.0} mm [mm]"), "Tension [N]".to_owned()]);
         let first = ["Tendon on", "Mesh", "Order", "Unknowns"].map(str::to_owned);
         let headings = first.into_iter().chain(at).chain(["Reached [mm]".to_owned()]);
         let title = "Deflection of the tip and tension of the pulled tendon";
-        vec![Table::new(title, headings, self.iter().map(cells))]
+        vec![StudyTable::new(title, headings, self.iter().map(cells))]
     }
 
     fn show(&self, folder: &ReportFolder<'_>, page: &mut Page) -> anyhow::Result<()> {

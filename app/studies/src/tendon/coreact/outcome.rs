@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::tendon::numbers::{mean, rms};
-use crate::tendon::outcome::Table;
+use crate::tendon::outcome::StudyTable;
 
 /// The numbers of `study coreact`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -71,7 +71,7 @@ impl PathErrors {
 
 impl TwinTable {
     /// The twins on every test, as a table.
-    pub fn table(&self) -> Table {
+    pub fn table(&self) -> StudyTable {
         let tests = self.twins.first().map_or(&[][..], |row| &row.nrmse);
         let of_test = |test: &PathErrors| ["x", "y", "z"].map(|axis| format!("{}, {axis} [%]", test.path));
         let headings = ["Twin".to_owned()].into_iter().chain(tests.iter().flat_map(of_test));
@@ -79,7 +79,7 @@ impl TwinTable {
             let values = twin.nrmse.iter().flat_map(|path| path.axes().map(|values| spread(values)));
             std::iter::once(twin.twin.clone()).chain(values).collect()
         };
-        Table::new(format!("NRMSE of the tip: {}", self.robot), headings, self.twins.iter().map(row))
+        StudyTable::new(format!("NRMSE of the tip: {}", self.robot), headings, self.twins.iter().map(row))
     }
 
     /// Adds how the best twin compares with the first, mean of all axes, tests and repeats.

@@ -7,7 +7,7 @@ use hysteron_report::verdict::Verdict;
 
 use super::outcome::{CoreactMetrics, TwinErrors, TwinTable, assess};
 use crate::tendon::numbers::rms;
-use crate::tendon::outcome::{StudyMetrics, Table};
+use crate::tendon::outcome::{StudyMetrics, StudyTable};
 
 impl StudyMetrics for CoreactMetrics {
     const TITLE: &'static str = "CoReAct end to end on the virtual rig";
@@ -18,7 +18,7 @@ impl StudyMetrics for CoreactMetrics {
         assess(self)
     }
 
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self) -> Vec<StudyTable> {
         let ratios = &self.stability.ratio_to_bare;
         let largest = ratios.iter().copied().fold(f64::NAN, f64::max);
         let row = [
@@ -29,7 +29,7 @@ impl StudyMetrics for CoreactMetrics {
         ];
         let headings =
             ["Plans", "Error over that without a network, rms [-]", "Largest [-]", "Worse by more than 10 %"];
-        let stability = Table::new("Rollouts on random plans", headings, [row.to_vec()]);
+        let stability = StudyTable::new("Rollouts on random plans", headings, [row.to_vec()]);
         self.ladders.iter().map(TwinTable::table).chain([stability]).collect()
     }
 

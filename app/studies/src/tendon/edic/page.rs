@@ -7,7 +7,7 @@ use hysteron_report::verdict::Verdict;
 
 use super::outcome::{EdicMetrics, EdicPath, assess};
 use crate::tendon::numbers::{mean, rms};
-use crate::tendon::outcome::{StudyMetrics, Table};
+use crate::tendon::outcome::{StudyMetrics, StudyTable};
 use crate::tendon::path_following::{Followed, HEADING, spreads};
 
 impl StudyMetrics for EdicMetrics {
@@ -19,7 +19,7 @@ impl StudyMetrics for EdicMetrics {
         assess(self)
     }
 
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self) -> Vec<StudyTable> {
         let methods = self.paths.first().map_or(&[][..], |path| &path.methods);
         let names = methods.iter().map(|one| one.method.clone());
         let headings = ["Path".to_owned(), "Paper's EDIC".to_owned()].into_iter().chain(names);
@@ -35,7 +35,7 @@ impl StudyMetrics for EdicMetrics {
             spreads(&followed, runs().map(|one| one.seeds_refused).sum())
         });
         let all = ["mean of those tracked".to_owned(), spreads(&papers, 0)].into_iter().chain(all).collect();
-        vec![Table::new(HEADING, headings, self.paths.iter().map(row).chain([all]))]
+        vec![StudyTable::new(HEADING, headings, self.paths.iter().map(row).chain([all]))]
     }
 
     fn show(&self, folder: &ReportFolder<'_>, page: &mut Page) -> anyhow::Result<()> {

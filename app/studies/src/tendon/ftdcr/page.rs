@@ -6,7 +6,7 @@ use hysteron_report::page::Page;
 use hysteron_report::verdict::Verdict;
 
 use super::outcome::{FoldResult, FtdcrMetrics, assess};
-use crate::tendon::outcome::{StudyMetrics, Table};
+use crate::tendon::outcome::{StudyMetrics, StudyTable};
 
 impl StudyMetrics for FtdcrMetrics {
     const TITLE: &'static str = "A recorded three-segment robot";
@@ -17,7 +17,7 @@ impl StudyMetrics for FtdcrMetrics {
         assess(self)
     }
 
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self) -> Vec<StudyTable> {
         let folds = (1..=self.folds.len()).map(|k| format!("Fold {k} [mm]"));
         let headings = ["Method".to_owned()].into_iter().chain(folds).chain(["All [mm]".to_owned()]);
         let rows = self.pooled.iter().enumerate().map(|(k, pooled)| {
@@ -26,7 +26,7 @@ impl StudyMetrics for FtdcrMetrics {
             std::iter::once(pooled.method.clone()).chain(values).collect()
         });
         vec![
-            Table::new("Root mean square error of the tip on held-out patterns", headings, rows),
+            StudyTable::new("Root mean square error of the tip on held-out patterns", headings, rows),
             parameters(&self.folds),
         ]
     }
@@ -46,7 +46,7 @@ impl StudyMetrics for FtdcrMetrics {
 }
 
 /// Parameters of the reduced model, fold by fold.
-fn parameters(folds: &[FoldResult]) -> Table {
+fn parameters(folds: &[FoldResult]) -> StudyTable {
     let names = folds.first().map_or(&[][..], |fold| &fold.parameters);
     let rows = names.iter().enumerate().map(|(k, parameter)| {
         let values = folds.iter().map(|fold| format!("{:.4}", fold.parameters[k].value));
@@ -54,5 +54,5 @@ fn parameters(folds: &[FoldResult]) -> Table {
     });
     let headings = (1..=folds.len()).map(|k| format!("Fold {k}"));
     let headings = ["Parameter".to_owned()].into_iter().chain(headings);
-    Table::new("Fitted parameters of constant curvature", headings, rows)
+    StudyTable::new("Fitted parameters of constant curvature", headings, rows)
 }

@@ -7,7 +7,7 @@ use hysteron_report::verdict::Verdict;
 
 use super::outcome::{InverseMetrics, InverseTest, PathDifference, TrunkResult, assess};
 use crate::tendon::numbers::{mean, rms, shown};
-use crate::tendon::outcome::{StudyMetrics, Table};
+use crate::tendon::outcome::{StudyMetrics, StudyTable};
 
 impl StudyMetrics for InverseMetrics {
     const TITLE: &'static str = "Strokes of recorded robots from the paths of their tips";
@@ -18,7 +18,7 @@ impl StudyMetrics for InverseMetrics {
         assess(self)
     }
 
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self) -> Vec<StudyTable> {
         let of_test = |InverseTest { what, unit, methods, errors }: InverseTest<'_>| {
             let row = |(k, name): (usize, &String)| {
                 let values = || errors.iter().map(move |row| row[k]);
@@ -27,7 +27,7 @@ impl StudyMetrics for InverseMetrics {
                 vec![name.clone(), format!("{average:.3} ± {spread:.3}")]
             };
             let headings = ["Method".to_owned(), format!("Error [{unit}]")];
-            Table::new(capitalised(what), headings, methods.iter().enumerate().map(row))
+            StudyTable::new(capitalised(what), headings, methods.iter().enumerate().map(row))
         };
         let tests = self.tests().into_iter().map(of_test);
         let trunk = self.trunk.iter().flat_map(|one| [delays(one), under_load(&one.path_under_load)]);
@@ -56,17 +56,17 @@ fn capitalised(text: &str) -> String {
 }
 
 /// Delays that methods chose, mean over the seeds.
-fn delays(trunk: &TrunkResult) -> Table {
+fn delays(trunk: &TrunkResult) -> StudyTable {
     let row = |(k, name): (usize, &String)| {
         let delay = mean(trunk.delays_s.iter().map(|row| 1e3 * row[k]));
         vec![name.clone(), shown(delay, 0)]
     };
     let rows = trunk.methods.iter().enumerate().map(row);
-    Table::new("Trunk, delay of the tip behind the angles", ["Method", "Delay [ms]"], rows)
+    StudyTable::new("Trunk, delay of the tip behind the angles", ["Method", "Delay [ms]"], rows)
 }
 
 /// The path under load compared with the one without.
-fn under_load(path: &PathDifference) -> Table {
+fn under_load(path: &PathDifference) -> StudyTable {
     let rows = [
         ("At equal times, root mean square [mm]", path.aligned_rmse_mm, 2),
         ("Lag [s]", path.lag_s, 3),
@@ -76,5 +76,5 @@ fn under_load(path: &PathDifference) -> Table {
     ];
     let rows = rows.map(|(name, value, digits)| vec![name.to_owned(), shown(value, digits)]);
     let title = "Trunk, the path under load compared with the one without, same commands";
-    Table::new(title, ["Distance", "Value"], rows)
+    StudyTable::new(title, ["Distance", "Value"], rows)
 }

@@ -7,7 +7,7 @@ use hysteron_report::verdict::Verdict;
 
 use super::outcome::{LayoutMetrics, LayoutReach, assess};
 use crate::tendon::coreact::twin_tiles;
-use crate::tendon::outcome::{StudyMetrics, Table};
+use crate::tendon::outcome::{StudyMetrics, StudyTable};
 
 impl StudyMetrics for LayoutMetrics {
     const TITLE: &'static str = "Fewer auxiliary tendons";
@@ -18,7 +18,7 @@ impl StudyMetrics for LayoutMetrics {
         assess(self)
     }
 
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self) -> Vec<StudyTable> {
         let headings = [
             "Layout",
             "Singular values of ∂tip/∂s* [-]",
@@ -32,7 +32,7 @@ impl StudyMetrics for LayoutMetrics {
             let values = format!("{first:.2}, {second:.2}, {third:.3}");
             vec![one.layout.clone(), values, format!("{:.0}", first / third), median, p99]
         };
-        let reach = Table::new("Identification", headings, self.layouts.iter().map(row));
+        let reach = StudyTable::new("Identification", headings, self.layouts.iter().map(row));
         vec![reach, self.ladder.table()]
     }
 

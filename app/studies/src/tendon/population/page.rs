@@ -7,7 +7,7 @@ use hysteron_report::verdict::Verdict;
 
 use super::outcome::{METHODS, PopulationMetrics, PopulationRobot, assess};
 use crate::tendon::numbers::mean;
-use crate::tendon::outcome::{StudyMetrics, Table};
+use crate::tendon::outcome::{StudyMetrics, StudyTable};
 use crate::tendon::path_following::{Followed, HEADING, means};
 
 impl StudyMetrics for PopulationMetrics {
@@ -19,7 +19,7 @@ impl StudyMetrics for PopulationMetrics {
         assess(self)
     }
 
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self) -> Vec<StudyTable> {
         let paths = self.robots.iter().find_map(|robot| robot.paths.as_ref());
         let targets: Vec<&str> = paths.into_iter().flatten().map(|path| &path.target[..]).collect();
         let robots = self.robots.iter().map(|robot| match &robot.failed {
@@ -29,7 +29,7 @@ impl StudyMetrics for PopulationMetrics {
         let all = line("all", &self.robots.iter().flat_map(PopulationRobot::followed).collect::<Vec<_>>());
         let headings = std::iter::once("Robot").chain(METHODS);
         let title = format!("{HEADING}: mean of {}", targets.join(", "));
-        let mut tables = vec![Table::new(title, headings, robots.chain([all]))];
+        let mut tables = vec![StudyTable::new(title, headings, robots.chain([all]))];
         let failed: Vec<Vec<String>> = self
             .robots
             .iter()
@@ -38,7 +38,7 @@ impl StudyMetrics for PopulationMetrics {
             })
             .collect();
         if !failed.is_empty() {
-            tables.push(Table::new("Robots on which a stage failed", ["Robot", "Error"], failed));
+            tables.push(StudyTable::new("Robots on which a stage failed", ["Robot", "Error"], failed));
         }
         tables
     }

@@ -7,7 +7,7 @@ use hysteron_report::verdict::Verdict;
 
 use super::outcome::{RobotsMetrics, assess};
 use crate::tendon::coreact::{TwinTable, twin_tiles};
-use crate::tendon::outcome::{StudyMetrics, Table};
+use crate::tendon::outcome::{StudyMetrics, StudyTable};
 
 impl StudyMetrics for RobotsMetrics {
     const TITLE: &'static str = "The twins of coreact on other robots";
@@ -18,7 +18,7 @@ impl StudyMetrics for RobotsMetrics {
         assess(self)
     }
 
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self) -> Vec<StudyTable> {
         self.ladders.iter().map(TwinTable::table).collect()
     }
 

@@ -6,7 +6,7 @@ use hysteron_report::page::Page;
 use hysteron_report::verdict::Verdict;
 
 use super::outcome::{SensedRobot, SensingMetrics, assess};
-use crate::tendon::outcome::{StudyMetrics, Table};
+use crate::tendon::outcome::{StudyMetrics, StudyTable};
 
 impl StudyMetrics for SensingMetrics {
     const TITLE: &'static str = "Forces without force sensors";
@@ -17,7 +17,7 @@ impl StudyMetrics for SensingMetrics {
         assess(self)
     }
 
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self) -> Vec<StudyTable> {
         vec![tensions(&self.robots), forces(&self.robots), contacts(&self.robots)]
     }
 
@@ -46,7 +46,7 @@ impl StudyMetrics for SensingMetrics {
     }
 }
 
-fn tensions(robots: &[SensedRobot]) -> Table {
+fn tensions(robots: &[SensedRobot]) -> StudyTable {
     let rows = robots.iter().flat_map(|one| {
         one.scores.tensions.iter().map(|score| {
             let values = [score.all, score.moving, score.resting].map(|part| format!("{:.1}", 100.0 * part));
@@ -54,10 +54,10 @@ fn tensions(robots: &[SensedRobot]) -> Table {
         })
     });
     let headings = ["Robot", "Method", "All [%]", "Moving [%]", "At rest [%]"];
-    Table::new("Error of the tensions over their root mean square", headings, rows)
+    StudyTable::new("Error of the tensions over their root mean square", headings, rows)
 }
 
-fn forces(robots: &[SensedRobot]) -> Table {
+fn forces(robots: &[SensedRobot]) -> StudyTable {
     let rows = robots.iter().flat_map(|one| {
         one.scores.forces.iter().map(|score| {
             vec![
@@ -82,10 +82,10 @@ fn forces(robots: &[SensedRobot]) -> Table {
         "Within 30 mN or 15 % [%]",
         "Direction within 15° [%]",
     ];
-    Table::new("Error of a push that has lasted", headings, rows)
+    StudyTable::new("Error of a push that has lasted", headings, rows)
 }
 
-fn contacts(robots: &[SensedRobot]) -> Table {
+fn contacts(robots: &[SensedRobot]) -> StudyTable {
     let rows = robots.iter().filter_map(|one| {
         let found = one.scores.contacts.as_ref()?;
         Some(vec![
@@ -105,5 +105,5 @@ fn contacts(robots: &[SensedRobot]) -> Table {
         "False alarms [1/h]",
         "Alarms in recordings without contact",
     ];
-    Table::new("Contacts", headings, rows)
+    StudyTable::new("Contacts", headings, rows)
 }

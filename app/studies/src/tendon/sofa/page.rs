@@ -6,7 +6,7 @@ use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
 use hysteron_report::verdict::Verdict;
 
 use super::outcome::{Comparison, assess};
-use crate::tendon::outcome::{StudyMetrics, Table};
+use crate::tendon::outcome::{StudyMetrics, StudyTable};
 
 impl StudyMetrics for Vec<Comparison> {
     const TITLE: &'static str = "Tip and tension compared with SOFA";
@@ -18,14 +18,14 @@ impl StudyMetrics for Vec<Comparison> {
         assess(self)
     }
 
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self) -> Vec<StudyTable> {
         let headings = ["Comparison", "Up to [mm]", "Tip [-]", "Deflection [-]", "Tension [-]"];
         let row = |one: &Comparison| {
             let values = [one.worst_tip, one.worst_deflection, one.worst_tension];
             let names = [one.comparison.clone(), format!("{:.1}", one.to_stroke_mm)];
             names.into_iter().chain(values.map(|value| format!("{value:.2e}"))).collect()
         };
-        vec![Table::new("Worst relative differences", headings, self.iter().map(row))]
+        vec![StudyTable::new("Worst relative differences", headings, self.iter().map(row))]
     }
 
     fn show(&self, folder: &ReportFolder<'_>, page: &mut Page) -> anyhow::Result<()> {

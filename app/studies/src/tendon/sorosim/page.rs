@@ -6,7 +6,7 @@ use hysteron_report::scatter::{Marks, Scatter, ScatterChart};
 use hysteron_report::verdict::Verdict;
 
 use super::outcome::{ErrorStatistics, RodResolution, assess};
-use crate::tendon::outcome::{StudyMetrics, Table};
+use crate::tendon::outcome::{StudyMetrics, StudyTable};
 
 /// A number of the errors at a station.
 type Statistic = fn(&ErrorStatistics) -> f64;
@@ -20,7 +20,7 @@ impl StudyMetrics for Vec<RodResolution> {
         assess(self)
     }
 
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self) -> Vec<StudyTable> {
         let headings = ["Sides", "Layers", "Station", "Median [%]", "Mean [%]", "95 % [%]", "Largest [%]"];
         let rows = self.iter().flat_map(|one| {
             one.error_percent_of_length.named().map(|(station, errors)| {
@@ -50,8 +50,8 @@ impl StudyMetrics for Vec<RodResolution> {
             "Worst residual [-]",
         ];
         vec![
-            Table::new("Errors over the length", headings, rows),
-            Table::new("Computation", effort_headings, effort),
+            StudyTable::new("Errors over the length", headings, rows),
+            StudyTable::new("Computation", effort_headings, effort),
         ]
     }
 

@@ -8,7 +8,7 @@ use hysteron_report::verdict::Verdict;
 
 use super::outcome::{FittedValue, HoldErrors, ParameterFit, PooledError, TentacleMetrics, assess};
 use crate::tendon::numbers::shown;
-use crate::tendon::outcome::{StudyMetrics, Table};
+use crate::tendon::outcome::{StudyMetrics, StudyTable};
 
 impl StudyMetrics for TentacleMetrics {
     const TITLE: &'static str = "A recorded silicone tentacle";
@@ -19,7 +19,7 @@ impl StudyMetrics for TentacleMetrics {
         assess(self)
     }
 
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self) -> Vec<StudyTable> {
         let mut tables = vec![holds(&self.holds), summary(&self.summary)];
         if let Some(found) = &self.fits {
             tables.extend([fits(found), parameters(found)]);
@@ -30,7 +30,7 @@ impl StudyMetrics for TentacleMetrics {
             });
             let title = format!("Residual tensions of {} cables", residual.cables);
             let headings = ["Tensions", "Mean of the markers' RMSE [mm]", "One hold left out [mm]"];
-            tables.push(Table::new(title, headings, rows));
+            tables.push(StudyTable::new(title, headings, rows));
         }
         tables
     }
@@ -65,7 +65,7 @@ impl StudyMetrics for TentacleMetrics {
     }
 }
 
-fn holds(holds: &[HoldErrors]) -> Table {
+fn holds(holds: &[HoldErrors]) -> StudyTable {
     let headings =
         ["Hold", "Session", "T1 [N]", "T2 [N]", "p1 [mm]", "p2 [mm]", "p3 [mm]", "p4 [mm]", "RMSE [mm]"];
     let row = |one: &HoldErrors| {
@@ -73,19 +73,19 @@ fn holds(holds: &[HoldErrors]) -> Table {
         let names = [one.hold.to_string(), one.session.clone()];
         names.into_iter().chain(values.map(|value| format!("{value:.2}"))).collect()
     };
-    Table::new("Holds with nominal parameters", headings, holds.iter().map(row))
+    StudyTable::new("Holds with nominal parameters", headings, holds.iter().map(row))
 }
 
-fn summary(summary: &[PooledError]) -> Table {
+fn summary(summary: &[PooledError]) -> StudyTable {
     let headings = ["RMSE [mm]", "This twin", "Own rod model", "Published rod model"];
     let row = |one: &PooledError| {
         let rods = [one.own_rod_mm, one.published_rod_mm].map(|error| shown(error, 1));
         [vec![one.over.clone(), format!("{:.2}", one.rmse_mm)], rods.to_vec()].concat()
     };
-    Table::new("Errors over the holds", headings, summary.iter().map(row))
+    StudyTable::new("Errors over the holds", headings, summary.iter().map(row))
 }
 
-fn fits(fits: &[ParameterFit]) -> Table {
+fn fits(fits: &[ParameterFit]) -> StudyTable {
     let row = |fit: &ParameterFit| {
         let errors = [fit.mean_of_markers_rmse_mm, fit.left_out_mean_of_markers_rmse_mm];
         let end = if fit.converged { "converged" } else { "not converged" };
@@ -93,10 +93,10 @@ fn fits(fits: &[ParameterFit]) -> Table {
         [vec![fit.set.clone()], errors.to_vec(), vec![end.to_owned()]].concat()
     };
     let headings = ["Parameters", "Mean of the markers' RMSE [mm]", "One hold left out [mm]", "Fit"];
-    Table::new("Fits on the holds of session B", headings, fits.iter().map(row))
+    StudyTable::new("Fits on the holds of session B", headings, fits.iter().map(row))
 }
 
-fn parameters(fits: &[ParameterFit]) -> Table {
+fn parameters(fits: &[ParameterFit]) -> StudyTable {
     let row = |set: &str, one: &FittedValue| {
         let error = one.standard_error.map_or_else(|| "-".to_owned(), |error| format!("{error:.2e}"));
         let standing = if one.is_fitted { "fitted" } else { "not determined" };
@@ -105,5 +105,5 @@ fn parameters(fits: &[ParameterFit]) -> Table {
     };
     let rows = fits.iter().flat_map(|fit| fit.parameters.iter().map(|one| row(&fit.set, one)));
     let headings = ["Parameters", "Name", "Start", "Value", "Standard error", ""];
-    Table::new("Fitted parameters", headings, rows)
+    StudyTable::new("Fitted parameters", headings, rows)
 }
