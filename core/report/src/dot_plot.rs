@@ -3,6 +3,7 @@
 use plotters::prelude::*;
 
 use crate::figure::{Figure, LegendEntry};
+use crate::legend::legend_width;
 use crate::sheet::{BELOW, COLORS, NARROW, Sheet};
 
 /// Tiles of rows, each over a quantity of its own.
@@ -40,6 +41,8 @@ const WIDTH: f64 = 520.0;
 const ALONE: f64 = 760.0;
 /// Height of a row: its name, and its dots below [px].
 const ROW: f64 = 38.0;
+/// Height of a line of the quantity's name, above the rows [px].
+const NAME_LINE: f64 = 18.0;
 /// Half the height of the bar at a mean, as a part of a row [-].
 const MEAN: f64 = 0.16;
 /// Dots stand so high in their row [-].
@@ -78,12 +81,39 @@ impl DotTile {
         (if low < 0.0 { low - air } else { 0.0 })..high + air
     }
 
+    /// The quantity's name in lines that fit the width [px], and its unit.
+    fn heading(&self, width: f64) -> (Vec<String>, &str) {
+        let at = self.quantity.rfind('[').unwrap_or(self.quantity.len());
+        let (name, unit) = self.quantity.split_at(at);
+        let mut lines: Vec<String> = Vec::new();
+        for word in name.split_whitespace() {
+            match lines.last_mut() {
+                Some(line) if legend_width(&format!("{line} {word}")) <= width => {
+                    line.push(' ');
+                    line.push_str(word);
+                }
+                _ => lines.push(word.to_owned()),
+            }
+        }
+        (lines, unit)
+    }
+
+    fn height(&self, width: f64) -> f64 {
+        NAME_LINE * self.heading(width).0.len() as f64 + ROW * self.rows.len() as f64 + BELOW
+    }
+
     fn draw<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> anyhow::Result<()>
     where
         DB::ErrorType: 'static,
     {
-        let n = self.rows.len();
-        let mut chart = sheet.chart_of_rows(self.range(), n, &self.quantity)?;
+        let (n, (width, height)) = (self.rows.len(), sheet.size());
+        let (lines, unit) = self.heading(width);
+        for (k, line) in lines.iter().enumerate() {
+            sheet.text(line, 0.0, NAME_LINE * (k as f64 + 0.5))?;
+        }
+        let above = NAME_LINE * lines.len() as f64;
+        let sheet = &sheet.part(0.0, above, width, height - above);
+        let mut chart = sheet.chart_of_rows(self.range(), n, unit)?;
         for (k, row) in self.rows.iter().enumerate() {
             let foot = (n - 1 - k) as f64;
             let at = foot + DOTS;
@@ -105,7 +135,7 @@ impl DotPlot {
     }
 
     fn sizes(&self, width: f64) -> Vec<[f64; 2]> {
-        self.shown().map(|tile| [width, ROW * tile.rows.len() as f64 + BELOW]).collect()
+        self.shown().map(|tile| [width, tile.height(width)]).collect()
     }
 }
 
@@ -169,8 +199,18 @@ mod tests {
         let drawn = drawn(&plot).unwrap();
         assert_eq!(drawn.tiles.len(), 1);
         assert_eq!(drawn.tiles[0].matches("<circle").count(), 3);
-        assert!(["network", "none", "error [mm]"].iter().all(|text| drawn.tiles[0].contains(text)));
+        assert!(["network", "none", "error", "[mm]"].iter().all(|text| drawn.tiles[0].contains(text)));
         assert_eq!(drawn.legend.len(), 2);
+    }
+
+    #[test]
+    fn a_long_name_is_broken_between_words() {
+        let name = "error of the strokes, root mean square of all tendons";
+        let tile = DotTile::new(format!("{name} [mm]"), []);
+        let (lines, unit) = tile.heading(NARROW);
+        assert!(lines.len() > 1 && lines.iter().all(|line| legend_width(line) <= NARROW), "{lines:?}");
+        assert_eq!((lines.join(" "), unit), (name.to_owned(), "[mm]"));
+        assert_eq!(tile.heading(2.0 * ALONE).0, [name]);
     }
 
     #[test]
