@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
+use crate::coreact::distance;
 use crate::locking::{LockedMove, Locking};
 use crate::model::{Target, Twin};
 use crate::state::TwinState;
@@ -156,8 +157,7 @@ pub struct RunLocking {
 impl RunLocking {
     /// Scales what was predicted to the distance at which the tip is in `state`.
     pub fn new(predicted: &LockedMove, twin: &Twin, state: &TwinState) -> Self {
-        let (rest, now) = (twin.tip_of(&twin.rest()), twin.tip_of(state));
-        let reached = (0..3).map(|c| (now[c] - rest[c]).powi(2)).sum::<f64>().sqrt();
+        let reached = distance(twin.tip_of(&twin.rest()), twin.tip_of(state));
         Self { tip_m: reached, tip_ten_node_m: reached * predicted.gain() }
     }
 }

@@ -129,8 +129,8 @@ impl Write for LogLine {
     }
 }
 
-/// Logs to stderr: errors below 0, warnings at 0, summaries at 1, details of this program at 2, everything above. What
-/// `RUST_LOG` decides where no option sets it.
+/// Logs to stderr: errors below 0, warnings at 0, summaries at 1, details of this program at 2, everything above. `RUST_LOG` decides
+/// where no option sets it.
 pub fn start_log(verbosity: Option<i8>) {
     let by_environment = std::env::var("RUST_LOG").ok().filter(|_| verbosity.is_none());
     let filter =

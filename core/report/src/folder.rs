@@ -22,7 +22,7 @@ impl ReportFolder<'_> {
     /// # Errors
     /// A file of another program with this name; files that cannot be written.
     pub fn write_metrics(&self, outcome: &impl Serialize) -> anyhow::Result<()> {
-        write_metrics(self.path, outcome).map(|_| ())
+        write_metrics(self.path, outcome)
     }
 
     /// Writes a figure to its files and gives it back for a page.

@@ -7,7 +7,6 @@ use hysteron_base::json;
 use std::path::Path;
 
 use serde::Serialize;
-use serde_json::Value;
 
 use crate::color::{hex, style};
 use crate::figure::{Drawn, LegendEntry};
@@ -17,11 +16,9 @@ use crate::svg::SCALE;
 use crate::text::without_signs_of_zeros;
 use crate::verdict::{Usability, Verdict};
 
-/// Writes `metrics.json` to `folder`, and gives it back as a value: what a verb came to.
-pub fn write_metrics(folder: &Path, metrics: &impl Serialize) -> anyhow::Result<Value> {
-    let value = json::to_value(metrics)?;
-    replace(&folder.join("metrics.json"), json::to_text(metrics)?)?;
-    Ok(value)
+/// Writes `metrics.json` to `folder`.
+pub fn write_metrics(folder: &Path, metrics: &impl Serialize) -> anyhow::Result<()> {
+    replace(&folder.join("metrics.json"), json::to_text(metrics)?)
 }
 
 /// Writes `report.html` to `folder`.

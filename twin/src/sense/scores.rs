@@ -125,27 +125,10 @@ pub fn score<'a>(
     let period = sensor.period_s;
     let rest = resting(observed, period);
     let load = sensor.servo.map(|servo| servo.model()).transpose()?;
-    let momentum = load.as_ref().map(|load| momentum_loads(&samples, load, period)).transpose()?;
-    let tensions = truth.tensions.as_ref().map_or_else(Vec::new, |truth| {
-        let own = |i: usize, j: usize| sensed[i].tensions[j].0;
-        let twin = |i: usize, j: usize| observed.samples[i].tensions[j];
-        let scaled = |i: usize, j: usize| sensor.tension.force_scale * twin(i, j);
-        let mut scores = vec![
-            tension_score("servos and twin", truth, &rest, &own),
-            tension_score("twin alone", truth, &rest, &twin),
-            tension_score("twin, forces scaled", truth, &rest, &scaled),
-        ];
-        if let Some(load) = &load {
-            let (alone, held) = (raw_loads(&samples, load), held_loads(observed, load));
-            scores.push(tension_score("load alone, friction known", truth, &rest, &|i, j| held[i][j]));
-            scores.push(tension_score("load alone", truth, &rest, &|i, j| alone[i][j]));
-        }
-        if let Some(momentum) = &momentum {
-            let name = "momentum observer of the servo";
-            scores.push(tension_score(name, truth, &rest, &|i, j| momentum[i][j]));
-        }
-        scores
-    });
+    let tensions = match &truth.tensions {
+        Some(truth) => tension_scores(truth, &rest, &samples, observed, sensed, (sensor, load.as_ref()))?,
+        None => Vec::new(),
+    };
     let Some(force) = &truth.force else {
         return Ok(SensingScores { tensions, forces: Vec::new(), contacts: None });
     };
@@ -177,6 +160,33 @@ pub fn score<'a>(
     }
     let contacts = Some(contact_score(force, sensed, period));
     Ok(SensingScores { tensions, forces, contacts })
+}
+
+/// Tensions by the sensor, by the twin, and by simpler methods from the loads of the servos, where these are known.
+fn tension_scores(
+    truth: &[Vec<f64>],
+    rest: &[bool],
+    samples: &[SenseSample],
+    observed: &RecordingObservations,
+    sensed: &[SensedSample],
+    (sensor, load): (&ForceSensor, Option<&LoadModel>),
+) -> Result<Vec<TensionScore>> {
+    let own = |i: usize, j: usize| sensed[i].tensions[j].0;
+    let twin = |i: usize, j: usize| observed.samples[i].tensions[j];
+    let scaled = |i: usize, j: usize| sensor.tension.force_scale * twin(i, j);
+    let mut scores = vec![
+        tension_score("servos and twin", truth, rest, &own),
+        tension_score("twin alone", truth, rest, &twin),
+        tension_score("twin, forces scaled", truth, rest, &scaled),
+    ];
+    if let Some(load) = load {
+        let (alone, held) = (raw_loads(samples, load), held_loads(observed, load));
+        let momentum = momentum_loads(samples, load, sensor.period_s)?;
+        scores.push(tension_score("load alone, friction known", truth, rest, &|i, j| held[i][j]));
+        scores.push(tension_score("load alone", truth, rest, &|i, j| alone[i][j]));
+        scores.push(tension_score("momentum observer of the servo", truth, rest, &|i, j| momentum[i][j]));
+    }
+    Ok(scores)
 }
 
 fn tension_score(

@@ -42,7 +42,7 @@ impl<M: StudyMetrics> hysteron_workflow::shared::outcome::Outcome for Outcome<M>
     }
 }
 
-/// The numbers of a study of tendon robots, and how they are builder and shown.
+/// The numbers of a study of tendon robots, and how they are assessed and shown.
 pub trait StudyMetrics: Serialize + DeserializeOwned + JsonSchema {
     /// Title of the page.
     const TITLE: &'static str;

@@ -3,6 +3,7 @@
 
 use anyhow::Context as _;
 use hysteron_control::tracking::TrackingScore;
+use hysteron_report::dot_plot::{DotRow, DotTile};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -112,6 +113,30 @@ pub fn means(cells: &[Option<Followed>]) -> String {
     let of_all = Followed::mean(&all);
     let Followed { nrmse_percent, iou, .. } = of_all;
     format!("{nrmse_percent:.2}, {iou:.3}{}{}", of_all.in_time(), refused((cells.len() - all.len()) as u64))
+}
+
+/// A row of a table: its name, and for every one of `n_methods` the [`means`] over the paths.
+pub fn row_of_means(name: &str, paths: &[Vec<Option<Followed>>], n_methods: usize) -> Vec<String> {
+    let cell = |k: usize| means(&paths.iter().map(|path| path.get(k).copied().flatten()).collect::<Vec<_>>());
+    std::iter::once(name.to_owned()).chain((0..n_methods).map(cell)).collect()
+}
+
+/// Tiles of the error in space and of that at equal times: a row for each method, a dot for each robot, mean of its paths.
+/// `robots` has for each robot and path what every method came to.
+pub fn error_tiles(methods: &[&str], robots: &[Vec<Vec<Option<Followed>>>]) -> Vec<DotTile> {
+    let tile = |quantity: &str, of: fn(&Followed) -> Option<f64>| {
+        let row = |(k, method): (usize, &&str)| {
+            let of_robot = |paths: &Vec<Vec<Option<Followed>>>| {
+                mean(paths.iter().filter_map(|path| of(path.get(k)?.as_ref()?)))
+            };
+            DotRow::new(*method, robots.iter().filter_map(of_robot))
+        };
+        DotTile::new(quantity, methods.iter().enumerate().map(row))
+    };
+    vec![
+        tile("NRMSE [%]", |one| Some(one.nrmse_percent)),
+        tile("distance at equal times, root mean square [mm]", |one| one.aligned_rmse_mm),
+    ]
 }
 
 /// Means and deviations over repeats, and how many networks' strokes were refused.

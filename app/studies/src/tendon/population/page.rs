@@ -1,14 +1,13 @@
 //! The page of `study population`.
 
-use hysteron_report::dot_plot::{DotPlot, DotRow, DotTile};
+use hysteron_report::dot_plot::DotPlot;
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::page::Page;
 use hysteron_report::verdict::Verdict;
 
 use super::outcome::{METHODS, PopulationMetrics, PopulationRobot, assess};
-use crate::tendon::numbers::mean;
 use crate::tendon::outcome::{StudyMetrics, StudyTable};
-use crate::tendon::path_following::{Followed, HEADING, means};
+use crate::tendon::path_following::{HEADING, error_tiles, row_of_means};
 
 impl StudyMetrics for PopulationMetrics {
     const TITLE: &'static str = "Robots of a wide population";
@@ -24,9 +23,13 @@ impl StudyMetrics for PopulationMetrics {
         let targets: Vec<&str> = paths.into_iter().flatten().map(|path| &path.target[..]).collect();
         let robots = self.robots.iter().map(|robot| match &robot.failed {
             Some(_) => [vec![robot.robot.clone()], vec!["failed".to_owned(); METHODS.len()]].concat(),
-            None => line(&robot.robot, &robot.followed().collect::<Vec<_>>()),
+            None => row_of_means(&robot.robot, &robot.followed().collect::<Vec<_>>(), METHODS.len()),
         });
-        let all = line("all", &self.robots.iter().flat_map(PopulationRobot::followed).collect::<Vec<_>>());
+        let all = row_of_means(
+            "all",
+            &self.robots.iter().flat_map(PopulationRobot::followed).collect::<Vec<_>>(),
+            METHODS.len(),
+        );
         let headings = std::iter::once("Robot").chain(METHODS);
         let title = format!("{HEADING}: mean of {}", targets.join(", "));
         let mut tables = vec![StudyTable::new(title, headings, robots.chain([all]))];
@@ -44,32 +47,13 @@ impl StudyMetrics for PopulationMetrics {
     }
 
     fn show(&self, folder: &ReportFolder<'_>, page: &mut Page) -> anyhow::Result<()> {
-        let tile = |quantity: &str, of: fn(&Followed) -> Option<f64>| {
-            let row = |(k, method): (usize, &&str)| {
-                let of_robot = |robot: &PopulationRobot| {
-                    mean(robot.followed().filter_map(|path| of(path.get(k)?.as_ref()?)))
-                };
-                DotRow::new(*method, self.robots.iter().filter_map(of_robot))
-            };
-            DotTile::new(quantity, METHODS.iter().enumerate().map(row))
-        };
+        let robots: Vec<_> = self.robots.iter().map(|robot| robot.followed().collect()).collect();
         let plot = DotPlot {
             name: "methods".to_owned(),
             title: "Methods on all robots".to_owned(),
             caption: "How closely the tip follows its targets by every method; a dot for each robot, mean of its paths.".to_owned(),
-            tiles: vec![
-                tile("NRMSE [%]", |one| Some(one.nrmse_percent)),
-                tile("distance at equal times, root mean square [mm]", |one| one.aligned_rmse_mm),
-            ],
+            tiles: error_tiles(&METHODS, &robots),
         };
         folder.add(page, &plot)
     }
-}
-
-/// A row of the table: the mean over the paths by every method.
-fn line(name: &str, paths: &[Vec<Option<Followed>>]) -> Vec<String> {
-    let cell = |method: usize| {
-        means(&paths.iter().map(|path| path.get(method).copied().flatten()).collect::<Vec<_>>())
-    };
-    std::iter::once(name.to_owned()).chain((0..METHODS.len()).map(cell)).collect()
 }

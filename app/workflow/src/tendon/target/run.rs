@@ -86,6 +86,8 @@ fn reach_of(target: &TargetPath, scene: &Scene, tolerance: f64, context: &Contex
         bar.get_or_insert_with(|| context.progress("goals", n, 0)).set_position(done as u64);
         !context.is_cancelled()
     })?;
-    bar.iter().for_each(|bar| bar.finish());
+    if let Some(bar) = bar {
+        bar.finish();
+    }
     Ok(reach.ok_or_else(|| Cancelled::new("; nothing was written"))?)
 }
