@@ -137,7 +137,7 @@ fn verbs_of_tendon_robots_end_when_asked() {
             "fit-material scene.toml data --every-mm 0.1 --out d.toml",
             "identify scene-coreact.toml data --out e",
             "generate scene.toml --plan roses --out f",
-            "command --scene scene.toml --target circle:20 --out h.csv",
+            "command --scene scene.toml --target goals.csv --out h.csv",
             "track --rig virtual:typical --scene scene.toml --nominal --target circle:20 --out i --repeats 20",
         ],
     );
