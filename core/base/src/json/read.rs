@@ -1,13 +1,14 @@
 //! Reading a value into its type: a number may be the text of one that is not finite.
 
 use serde::de::value::{MapAccessDeserializer, MapDeserializer, SeqDeserializer};
-use serde::de::{self, Deserializer, IntoDeserializer, Visitor};
+use serde::de::{self, Deserializer, Expected, IntoDeserializer, Unexpected, Visitor};
 use serde::forward_to_deserialize_any;
 use serde_json::{Error, Value};
 
 use super::number_named;
 
-/// See the module.
+/// A value that is read. Each method calls what it alone needs of a visitor, and none passes a value on to serde's own reader:
+/// both would build the readers of every type several times.
 #[derive(Clone, Copy)]
 pub(super) struct JsonReader<'de>(pub(super) &'de Value);
 
@@ -15,12 +16,76 @@ pub(super) struct JsonReader<'de>(pub(super) &'de Value);
 struct MapKey<'de>(&'de str);
 
 impl<'de> JsonReader<'de> {
-    fn number<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
-        match self.0.as_str().and_then(number_named) {
-            Some(number) => visitor.visit_f64(number),
-            None => self.deserialize_any(visitor),
+    fn unexpected(self) -> Unexpected<'de> {
+        match self.0 {
+            Value::Null => Unexpected::Unit,
+            Value::Bool(flag) => Unexpected::Bool(*flag),
+            Value::Number(number) => match (number.as_u64(), number.as_i64()) {
+                (Some(number), _) => Unexpected::Unsigned(number),
+                (None, Some(number)) => Unexpected::Signed(number),
+                (None, None) => Unexpected::Float(number.as_f64().unwrap_or(f64::NAN)),
+            },
+            Value::String(text) => Unexpected::Str(text),
+            Value::Array(_) => Unexpected::Seq,
+            Value::Object(_) => Unexpected::Map,
         }
     }
+
+    fn refused(self, expected: &dyn Expected) -> Error {
+        de::Error::invalid_type(self.unexpected(), expected)
+    }
+
+    fn number<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        match self.0 {
+            Value::Number(number) => number.deserialize_any(visitor),
+            _ => Err(self.refused(&visitor)),
+        }
+    }
+
+    fn real<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        match self.0.as_str().and_then(number_named) {
+            Some(number) => visitor.visit_f64(number),
+            None => self.number(visitor),
+        }
+    }
+
+    fn text<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        match self.0 {
+            Value::String(text) => visitor.visit_borrowed_str(text),
+            _ => Err(self.refused(&visitor)),
+        }
+    }
+
+    fn items<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        let Value::Array(items) = self.0 else { return Err(self.refused(&visitor)) };
+        let mut items = SeqDeserializer::new(items.iter().map(JsonReader));
+        let found = visitor.visit_seq(&mut items)?;
+        items.end()?;
+        Ok(found)
+    }
+
+    fn fields<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        let Value::Object(fields) = self.0 else { return Err(self.refused(&visitor)) };
+        let mut fields = MapDeserializer::new(fields.iter().map(field as FieldReader<'de>));
+        let found = visitor.visit_map(&mut fields)?;
+        fields.end()?;
+        Ok(found)
+    }
+}
+
+type FieldReader<'de> = fn((&'de String, &'de Value)) -> (MapKey<'de>, JsonReader<'de>);
+
+fn field<'de>((key, value): (&'de String, &'de Value)) -> (MapKey<'de>, JsonReader<'de>) {
+    (MapKey(key), JsonReader(value))
+}
+
+/// Methods of a deserialiser that do the same.
+macro_rules! all {
+    ($read:ident: $($name:ident)*) => {
+        $(fn $name<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+            self.$read(visitor)
+        })*
+    };
 }
 
 impl<'de> Deserializer<'de> for JsonReader<'de> {
@@ -28,30 +93,40 @@ impl<'de> Deserializer<'de> for JsonReader<'de> {
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
         match self.0 {
-            Value::Array(items) => {
-                let mut items = SeqDeserializer::new(items.iter().map(JsonReader));
-                let found = visitor.visit_seq(&mut items)?;
-                items.end()?;
-                Ok(found)
-            }
-            Value::Object(fields) => {
-                let mut fields =
-                    MapDeserializer::new(fields.iter().map(|(key, value)| (MapKey(key), JsonReader(value))));
-                let found = visitor.visit_map(&mut fields)?;
-                fields.end()?;
-                Ok(found)
-            }
-            Value::String(text) => visitor.visit_borrowed_str(text),
-            other => other.deserialize_any(visitor),
+            Value::Array(_) => self.items(visitor),
+            Value::Object(_) => self.fields(visitor),
+            Value::String(_) => self.text(visitor),
+            Value::Number(_) => self.number(visitor),
+            Value::Bool(flag) => visitor.visit_bool(*flag),
+            Value::Null => visitor.visit_unit(),
         }
     }
 
-    fn deserialize_f32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
-        self.number(visitor)
+    fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        match self.0 {
+            Value::Bool(flag) => visitor.visit_bool(*flag),
+            _ => Err(self.refused(&visitor)),
+        }
     }
 
-    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
-        self.number(visitor)
+    all!(number: deserialize_i8 deserialize_i16 deserialize_i32 deserialize_i64 deserialize_i128
+        deserialize_u8 deserialize_u16 deserialize_u32 deserialize_u64 deserialize_u128);
+    all!(real: deserialize_f32 deserialize_f64);
+    all!(text: deserialize_char deserialize_str deserialize_string deserialize_identifier);
+    all!(items: deserialize_seq);
+    all!(fields: deserialize_map);
+
+    fn deserialize_tuple<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, Error> {
+        self.items(visitor)
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Error> {
+        self.fields(visitor)
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
@@ -68,22 +143,23 @@ impl<'de> Deserializer<'de> for JsonReader<'de> {
 
     fn deserialize_enum<V: Visitor<'de>>(
         self,
-        name: &'static str,
-        variants: &'static [&'static str],
+        _: &'static str,
+        _: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Error> {
         match self.0 {
             Value::Object(fields) if fields.len() == 1 => {
-                let fields = fields.iter().map(|(key, value)| (MapKey(key), JsonReader(value)));
+                let fields = fields.iter().map(field as FieldReader<'de>);
                 visitor.visit_enum(MapAccessDeserializer::new(MapDeserializer::new(fields)))
             }
-            other => other.deserialize_enum(name, variants, visitor),
+            Value::Object(_) => Err(de::Error::invalid_value(Unexpected::Map, &"map with a single key")),
+            Value::String(text) => visitor.visit_enum(text.as_str().into_deserializer()),
+            _ => Err(self.refused(&"string or map")),
         }
     }
 
     forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 char str string bytes byte_buf unit unit_struct seq tuple
-        tuple_struct map struct identifier ignored_any
+        bytes byte_buf unit unit_struct tuple_struct ignored_any
     }
 }
 
@@ -101,7 +177,7 @@ macro_rules! whole {
         $(fn $name<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
             match self.0.parse::<$type>() {
                 Ok(number) => visitor.$visit(number),
-                Err(_) => Err(de::Error::invalid_type(de::Unexpected::Str(self.0), &visitor)),
+                Err(_) => Err(de::Error::invalid_type(Unexpected::Str(self.0), &visitor)),
             }
         })*
     };
