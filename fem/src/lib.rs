@@ -20,6 +20,7 @@
 //! # Ok::<(), hysteron_fem::Error>(())
 //! ```
 
+mod anchor;
 mod elements;
 mod embed;
 mod error;
@@ -35,6 +36,7 @@ mod tube;
 pub mod vectors;
 mod vtk;
 
+pub use anchor::{Anchor, AnchorCarriers};
 pub use elements::Tangent;
 pub use embed::Embedding;
 pub use error::{Error, Result};

@@ -24,6 +24,7 @@ pub fn auxiliary_tendons(layout: &AuxiliaryLayout) -> Vec<Tendon> {
                 stroke: layout.stroke,
                 attach_within: layout.attach_within,
                 ring: 0.0,
+                anchor: layout.anchor,
                 compliance: 0.0,
                 zero: 0.0,
             });

@@ -25,6 +25,7 @@
 mod adjoint;
 mod alignment;
 mod anderson;
+mod attachment;
 mod cable;
 pub mod coreact;
 mod equilibrium_residual;

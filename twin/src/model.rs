@@ -1,10 +1,11 @@
 //! The twin of one robot: body, cables, loads and tip. Never changes.
 
-use hysteron_base::{BadInput, Bounds, PrescribedQuantity, Region, Scene, Tendon, TipDefinition};
+use hysteron_base::{BadInput, Bounds, PrescribedQuantity, Region, Scene, TipDefinition};
 use hysteron_fem::{Embedding, FemModel, Mesh, MeshQuality};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::Result;
+use crate::attachment::carried_tendon_point;
 use crate::cable::{CablePoint, Cables};
 use crate::friction_points::{FrictionPoint, friction_points, set_compliance};
 use crate::layout::auxiliary_tendons;
@@ -180,7 +181,7 @@ impl Twin {
                 points.push(if tendon.fixed.contains(&k) {
                     CablePoint::Fixed(*point)
                 } else {
-                    CablePoint::Carried(carried_by_ring(&body, tendon, k, *point, &place)?)
+                    CablePoint::Carried(carried_tendon_point(&body, tendon, k, &place)?)
                 });
             }
             let pulls = |point: &CablePoint| matches!(point, CablePoint::Carried(at) if moves(&body, at));
@@ -322,7 +323,7 @@ pub fn read_body(scene: &Scene) -> Result<(Mesh, MeshQuality)> {
 }
 
 /// Whether a point that these nodes carry can move: clamped nodes come after the free ones.
-fn moves(body: &FemModel, carrier: &Embedding) -> bool {
+pub(crate) fn moves(body: &FemModel, carrier: &Embedding) -> bool {
     let mut carriers = carrier.nodes.iter().zip(&carrier.weights);
     carriers.any(|(node, weight)| (*node as usize) < body.n_free && *weight != 0.0)
 }
@@ -330,13 +331,13 @@ fn moves(body: &FemModel, carrier: &Embedding) -> bool {
 /// How far outside the body a load or tip may lie [m]: round-off of typed coordinates on a surface.
 const ON_SURFACE: f64 = 1e-6;
 
-fn carried(body: &FemModel, point: [f64; 3], within: f64, place: &str) -> Result<Embedding> {
+pub(crate) fn carried(body: &FemModel, point: [f64; 3], within: f64, place: &str) -> Result<Embedding> {
     let embedding = Embedding::new(body, point);
     check_distance(point, embedding.distance, within, place)?;
     Ok(embedding)
 }
 
-fn check_distance(point: [f64; 3], distance: f64, within: f64, place: &str) -> Result<()> {
+pub(crate) fn check_distance(point: [f64; 3], distance: f64, within: f64, place: &str) -> Result<()> {
     if distance <= within {
         return Ok(());
     }
@@ -351,51 +352,6 @@ fn check_distance(point: [f64; 3], distance: f64, within: f64, place: &str) -> R
          pulley outside the body is { at_mm = [x, y, z], fixed = true }",
     )
     .into())
-}
-
-/// Points on the circle that carries a cable point; a mesh with finer elements gains nothing by more.
-const RING_POINTS: usize = 16;
-
-/// Point `k` of a tendon: carried by its element, or by the circle of radius `tendon.ring` around it,
-/// across the tendon, whose mean it is. A force on one element sinks in the deeper the finer the mesh; on
-/// a circle of given size it does not.
-fn carried_by_ring(
-    body: &FemModel,
-    tendon: &Tendon,
-    k: usize,
-    point: [f64; 3],
-    place: &str,
-) -> Result<Embedding> {
-    if tendon.ring == 0.0 {
-        return carried(body, point, tendon.attach_within, place);
-    }
-    let at = |k: usize| Vector3::from(tendon.points[k]);
-    let along = (at((k + 1).min(tendon.points.len() - 1)) - at(k.saturating_sub(1))).normalize();
-    let (across, other) = {
-        let least = Vector3::ith(along.iamin(), 1.0);
-        let across = along.cross(&least).normalize();
-        (across, along.cross(&across))
-    };
-    let mut ring = Embedding { nodes: Vec::new(), weights: Vec::new(), distance: 0.0 };
-    for i in 0..RING_POINTS {
-        let angle = std::f64::consts::TAU * i as f64 / RING_POINTS as f64;
-        let offset = tendon.ring * (angle.cos() * across + angle.sin() * other);
-        let on_ring = Vector3::from(point) + offset;
-        let carrier = Embedding::new(body, on_ring.into());
-        for (node, weight) in carrier.nodes.into_iter().zip(carrier.weights) {
-            let share = weight / RING_POINTS as f64;
-            match ring.nodes.iter().position(|&known| known == node) {
-                Some(known) => ring.weights[known] += share,
-                None => {
-                    ring.nodes.push(node);
-                    ring.weights.push(share);
-                }
-            }
-        }
-        ring.distance = ring.distance.max(carrier.distance);
-    }
-    check_distance(point, ring.distance, tendon.attach_within, place)?;
-    Ok(ring)
 }
 
 /// File nodes of a region.

@@ -13,4 +13,4 @@ mod tensor;
 pub(crate) use batch::{ElementBatch, PairMap, first_inverted};
 pub(crate) use kernels::{energy, force_into, stiffness_into};
 pub use law::Tangent;
-pub(crate) use shape::shape_values;
+pub(crate) use shape::{shape_derivatives, shape_values};

@@ -5,6 +5,7 @@
 //! on every machine, up to the last digit of sine and cosine, and its volume is known exactly.
 
 mod delaunay;
+mod levels;
 mod section;
 
 use std::collections::BTreeMap;
@@ -33,6 +34,15 @@ pub enum Layers {
     Count(u32),
     /// Of equal height within a link, none higher than this \[m\].
     Height(f64),
+    /// Fine near the upper end of every link, where tendons end: a corner of the profile marks such a place in the middle of a
+    /// straight body too.
+    Graded {
+        /// No layer is higher than this \[m\].
+        height: f64,
+        /// Height of the three layers next to such an end, and of those on its other side \[m\]: a third of the radius of the
+        /// anchor there.
+        end: f64,
+    },
 }
 
 /// Kind of tetrahedra.
@@ -93,7 +103,7 @@ impl Tube {
     /// can hold.
     pub fn mesh(&self) -> Result<Mesh> {
         let walls = self.check()?;
-        let levels = self.levels()?;
+        let levels = levels::levels(&self.profile, self.layers)?;
         let section = section::triangulate(&walls)?;
         let quadratic = if self.order == Order::Quadratic { 8 } else { 1 };
         let n_nodes = section.points.len().saturating_mul(levels.len()).saturating_mul(quadratic);
@@ -108,6 +118,23 @@ impl Tube {
             Order::Linear => mesh,
             Order::Quadratic => mesh.to_quadratic(),
         })
+    }
+
+    /// The same body with polygons of the circles' areas: their corners lie outside the circles. The second moment of area
+    /// is then right to 0.02 % from 16 sides on, to 0.3 % from 8 and to 5 % from 4.
+    pub fn with_circle_areas(mut self) -> Self {
+        let wider = |divisions: u32| {
+            let turn = std::f64::consts::TAU / f64::from(divisions.max(3));
+            (turn / turn.sin()).sqrt()
+        };
+        for corner in &mut self.profile {
+            corner[1] *= wider(self.outer_divisions);
+        }
+        self.bore_radius *= wider(self.bore_divisions);
+        for channel in &mut self.channels {
+            channel.radius *= wider(self.channel_divisions);
+        }
+        self
     }
 
     fn check(&self) -> std::result::Result<Walls, BadInput> {
@@ -198,85 +225,6 @@ impl Tube {
             channel_divisions: self.channel_divisions as usize,
         })
     }
-
-    /// Height z \[m\] and scale \[-\] of every section, the scale 1 at the base.
-    fn levels(&self) -> std::result::Result<Vec<[f64; 2]>, BadInput> {
-        let links: Vec<([f64; 2], [f64; 2])> = self.profile.windows(2).map(|w| (w[0], w[1])).collect();
-        let counts = match self.layers {
-            Layers::Height(height) => {
-                let mut counts = Vec::new();
-                for (low, high) in &links {
-                    let n = ((high[0] - low[0]) / height * (1.0 - 1e-12)).ceil().max(1.0);
-                    // Not a number fails here too.
-                    if !(height > 0.0 && n <= MAX_LAYERS as f64) {
-                        let expected = format!("at most {MAX_LAYERS}");
-                        return Err(BadInput::new("tube: layers", expected, format!("{n:.0}")).hint(FEWER));
-                    }
-                    counts.push(n as usize);
-                }
-                check_at_most("tube: layers", counts.iter().sum(), MAX_LAYERS)?;
-                counts
-            }
-            Layers::Count(n) => {
-                if (n as usize) < links.len() || n as usize > MAX_LAYERS {
-                    return Err(BadInput::new(
-                        "tube: layers",
-                        format!("{} to {MAX_LAYERS}, one for every link", links.len()),
-                        n.to_string(),
-                    ));
-                }
-                shares(&links, n as usize)
-            }
-        };
-        let base = self.profile[0][1];
-        let mut levels = vec![[0.0, 1.0]];
-        for ((low, high), n) in links.iter().zip(counts) {
-            let equal_shape = matches!(self.layers, Layers::Count(_));
-            for k in 1..=n {
-                let t = k as f64 / n as f64;
-                let s = if k == n {
-                    1.0
-                } else if equal_shape {
-                    share_of_link(low[1], high[1], t)
-                } else {
-                    t
-                };
-                let z = if k == n { high[0] } else { low[0] + s * (high[0] - low[0]) };
-                let radius = if k == n { high[1] } else { low[1] + s * (high[1] - low[1]) };
-                levels.push([z, radius / base]);
-            }
-        }
-        Ok(levels)
-    }
-}
-
-/// Part of a link below which lies the share `t` of its layers, when their heights follow the radius.
-fn share_of_link(low: f64, high: f64, t: f64) -> f64 {
-    let growth = high / low - 1.0;
-    if growth.abs() < 1e-9 { t } else { ((high / low).powf(t) - 1.0) / growth }
-}
-
-/// Layers per link: in proportion to ∫ dz / r, at least one each, `n` in all.
-fn shares(links: &[([f64; 2], [f64; 2])], n: usize) -> Vec<usize> {
-    let weight: Vec<f64> = links
-        .iter()
-        .map(|(low, high)| {
-            let growth = high[1] / low[1] - 1.0;
-            let mean = if growth.abs() < 1e-9 { 1.0 } else { growth.ln_1p() / growth };
-            (high[0] - low[0]) / low[1] * mean
-        })
-        .collect();
-    let mut counts = vec![1; links.len()];
-    for _ in links.len()..n {
-        // The link whose layers are now the highest gets the next one.
-        let highest = (0..links.len())
-            .max_by(|&a, &b| {
-                (weight[a] / counts[a] as f64).total_cmp(&(weight[b] / counts[b] as f64)).then(b.cmp(&a))
-            })
-            .unwrap_or(0);
-        counts[highest] += 1;
-    }
-    counts
 }
 
 /// Stacks the section and cuts the prisms between.

@@ -180,6 +180,7 @@ fn points_outside_the_body_are_refused_by_name() {
             stroke: Bounds { min: 0.0, max: 5e-3 },
             stroke_rate: f64::INFINITY,
             attach_within: 1e-4,
+            anchor: None,
         });
     });
     assert!(bad.place.starts_with("tendon.aux_01.points_mm[1]"), "{bad}");

@@ -21,6 +21,7 @@ fn layout() -> AuxiliaryLayout {
         stroke: Bounds { min: 0.0, max: 5e-3 },
         stroke_rate: f64::INFINITY,
         attach_within: 2e-4,
+        anchor: None,
     }
 }
 

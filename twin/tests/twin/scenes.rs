@@ -52,6 +52,7 @@ pub fn actuated(segments: usize) -> (Scene, Mesh) {
         stroke: Bounds { min: -1e-3, max: 1e-3 },
         stroke_rate: f64::INFINITY,
         attach_within: 1e-3,
+        anchor: None,
     });
     (scene, mesh)
 }
@@ -123,6 +124,7 @@ pub fn tendon(k: usize, length: f64, radius: f64, segments: usize) -> Tendon {
         tension: Bounds { min: 0.0, max: 100.0 },
         stroke: Bounds { min: -0.01, max: 0.01 },
         attach_within: 1e-4,
+        anchor: None,
         ring: 0.0,
         compliance: 0.0,
         zero: 0.0,

@@ -155,6 +155,7 @@ pub fn tendon(name: String, points: Vec<[f64; 3]>, tension: Bounds) -> Tendon {
         tension,
         stroke,
         attach_within: 3e-4,
+        anchor: None,
         ring: 0.0,
         compliance: 0.0,
         zero: 0.0,

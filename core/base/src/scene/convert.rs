@@ -201,11 +201,17 @@ fn tendon(typed: schema::TendonTable, number: usize) -> Check<Tendon> {
     );
     let attach_within = up_to(&key("attach_within_mm"), typed.attach_within_mm, LONGEST)?;
     let ring = up_to(&key("ring_mm"), typed.ring_mm.unwrap_or(0.0), LONGEST)?;
+    let anchor = anchor(&key("anchor_radius_mm"), typed.anchor_radius_mm)?;
+    if anchor.is_some() && ring > 0.0 {
+        let expected = "either ring_mm or anchor_radius_mm";
+        return Err(BadInput::new(key("anchor_radius_mm"), expected, "both")
+            .hint("an anchor spreads each point over the body around it, the wall of its channel included"));
+    }
     let compliance = typed.compliance_mm_per_n.unwrap_or(0.0);
     let compliance = up_to(&key("compliance_mm_per_n"), compliance, LONGEST)?;
     let zero = within(&key("zero_mm"), typed.zero_mm.unwrap_or(0.0), LONGEST)?;
     let drive = typed.drive;
-    Ok(Tendon { name, points, fixed, drive, tension, stroke, attach_within, ring, compliance, zero })
+    Ok(Tendon { name, points, fixed, drive, tension, stroke, attach_within, ring, anchor, compliance, zero })
 }
 
 fn friction(typed: &schema::TendonFrictionTable, tendons: &[Tendon]) -> Check<Friction> {
@@ -284,7 +290,13 @@ fn auxiliary(typed: &schema::AuxiliaryTable) -> Check<AuxiliaryLayout> {
             None => f64::INFINITY,
         },
         attach_within: up_to("auxiliary.attach_within_mm", typed.attach_within_mm, LONGEST)?,
+        anchor: anchor("auxiliary.anchor_radius_mm", typed.anchor_radius_mm)?,
     })
+}
+
+/// The radius of an anchor [mm], where there is one.
+fn anchor(key: &str, typed: Option<f64>) -> Check<Option<f64>> {
+    typed.map(|radius| between(key, radius, [1e-3, LONGEST])).transpose()
 }
 
 /// A number from 0 to `most`, in the unit of the key.

@@ -173,6 +173,9 @@ pub struct Tendon {
     /// Radius of the circle around the tendon whose points carry each of its points [m], as a channel's
     /// wall does; zero for the point alone.
     pub ring: f64,
+    /// Radius of the anchor by which each of its points acts on the body [m], > 0; without one they act by ring or point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub anchor: Option<f64>,
     /// How much the tendon stretches per tension, from the servo to its end [m/N], >= 0; zero for one that keeps
     /// its length.
     pub compliance: f64,
@@ -230,6 +233,9 @@ pub struct AuxiliaryLayout {
     pub stroke_rate: f64,
     /// How far outside the body a point may lie [m], >= 0.
     pub attach_within: f64,
+    /// Radius of the anchor by which each end acts on the body [m], > 0; without one it acts by a point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub anchor: Option<f64>,
 }
 
 /// Numerical tolerances: the only part of a scene with defaults.

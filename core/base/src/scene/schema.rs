@@ -97,6 +97,7 @@ pub(super) struct TendonTable {
     pub stroke_max_mm: f64,
     pub attach_within_mm: f64,
     pub ring_mm: Option<f64>,
+    pub anchor_radius_mm: Option<f64>,
     pub compliance_mm_per_n: Option<f64>,
     pub zero_mm: Option<f64>,
 }
@@ -182,6 +183,7 @@ pub(super) struct AuxiliaryTable {
     pub stroke_max_mm: f64,
     pub stroke_rate_max_mm_s: Option<f64>,
     pub attach_within_mm: f64,
+    pub anchor_radius_mm: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -126,6 +126,7 @@ fn example_is_read_into_si() {
             tension: Bounds { min: 0.0, max: 100.0 },
             stroke: Bounds { min: -0.01, max: 0.01 },
             attach_within: 0.01 / 1000.0,
+            anchor: None,
             ring: 0.0,
             compliance: 0.0,
             zero: 0.0,
@@ -146,6 +147,7 @@ fn example_is_read_into_si() {
             stroke: Bounds { min: 0.0, max: 0.0025 },
             stroke_rate: f64::INFINITY,
             attach_within: 0.0002,
+            anchor: None,
         }
     );
     assert_eq!(scene.solver, Solver { relative_residual: 1e-7, stroke_tolerance: 1e-8 });
