@@ -8,7 +8,9 @@
 //! the anchor's direction, so that P lies on the line through its point in that direction. It is how a rigid insert passes on an
 //! eccentric force, and keeps the lever arm of a tendon on every mesh. Along the line P lies where the material is.
 
-use nalgebra::{Matrix2, Vector2, Vector3};
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix2, Matrix4, Vector2, Vector3, Vector4};
 
 use crate::elements::{shape_derivatives, shape_values};
 use crate::mesh::Cells;
@@ -50,6 +52,49 @@ impl Anchor {
         }
         moments.carriers()
     }
+}
+
+impl AnchorCarriers {
+    /// Fewer nodes that stand for all: one in each cube of edge `spacing` \[m\], with the weights of the others there, all
+    /// corrected so that their sum and their center stay. For stiffness matrices, where each node of an anchor is
+    /// coupled with every other.
+    pub fn thinned(&self, model: &FemModel, spacing: f64) -> Embedding {
+        let point = Vector3::from(self.embedding.at(&model.rest));
+        let mut cubes: BTreeMap<[i64; 3], Vec<(u32, f64, Vector3<f64>)>> = BTreeMap::new();
+        for (&node, &weight) in self.embedding.nodes.iter().zip(&self.embedding.weights) {
+            let arm = position(&model.rest, node) - point;
+            let cube = [0, 1, 2].map(|c| (arm[c] / spacing).floor() as i64);
+            cubes.entry(cube).or_default().push((node, weight, arm));
+        }
+        let kept: Vec<(u32, f64, Vector3<f64>)> =
+            cubes.values().filter_map(|cube| representative(cube)).collect();
+        let row = |arm: &Vector3<f64>| Vector4::new(1.0, arm.x / spacing, arm.y / spacing, arm.z / spacing);
+        let mut normal = Matrix4::zeros();
+        let mut missing = Vector4::x();
+        for (_, weight, arm) in &kept {
+            normal += weight.abs() * row(arm) * row(arm).transpose();
+            missing -= *weight * row(arm);
+        }
+        // Where the kept nodes lie in a plane there is nothing to correct across it.
+        let correction = normal.svd(true, true).solve(&missing, FLAT).unwrap_or_else(|_| Vector4::zeros());
+        let (nodes, weights) = kept
+            .iter()
+            .map(|(node, weight, arm)| (*node, weight + weight.abs() * correction.dot(&row(arm))))
+            .unzip();
+        Embedding { nodes, weights, distance: 0.0 }
+    }
+}
+
+/// Singular values below it are those of nodes in a plane [-].
+const FLAT: f64 = 1e-9;
+
+/// The node of a cube nearest to the center of its weights, with all of them.
+fn representative(cube: &[(u32, f64, Vector3<f64>)]) -> Option<(u32, f64, Vector3<f64>)> {
+    let size: f64 = cube.iter().map(|(_, weight, _)| weight.abs()).sum();
+    let center: Vector3<f64> = cube.iter().map(|(_, weight, arm)| weight.abs() / size * arm).sum();
+    let away = |arm: &Vector3<f64>| (arm - center).norm_squared();
+    let (node, _, arm) = cube.iter().min_by(|a, b| away(&a.2).total_cmp(&away(&b.2)))?;
+    Some((*node, cube.iter().map(|(_, weight, _)| weight).sum(), *arm))
 }
 
 /// Longest reach of a part of an element that is integrated by one quadrature rule, over R [-]: ∫ φ of a whole anchor is

@@ -14,7 +14,7 @@ type Failure = Box<dyn std::error::Error>;
 
 const MM: f64 = 1e-3;
 const STROKE: f64 = 5.0 * MM;
-const STEPS: usize = 10;
+const STEPS: usize = 4;
 
 fn main() -> Result<(), Failure> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -5,6 +5,7 @@ use hysteron_fem::{Anchor, Embedding, FemModel};
 use nalgebra::Vector3;
 
 use crate::Result;
+use crate::cable::CablePoint;
 use crate::model::{carried, check_distance};
 
 /// Points on the circle that carries a cable point; a mesh with finer elements gains nothing by more.
@@ -13,6 +14,9 @@ const RING_POINTS: usize = 16;
 /// Least share of an anchor's bump that must lie in the body [-]. A point on a flat surface has a half, on an edge a
 /// quarter; one in a channel that is as wide as the anchor has nothing.
 const LEAST_SHARE: f64 = 0.05;
+
+/// Distance of the nodes that stand for an anchor in the stiffness, over its radius [-]: some thirty of a whole one.
+const CORE_SPACING: f64 = 0.5;
 
 /// Sum of the weights of free nodes below which a point lies in the clamp [-]: round-off of barycentric coordinates.
 const HELD: f64 = 1e-9;
@@ -24,11 +28,13 @@ pub(crate) fn carried_tendon_point(
     tendon: &Tendon,
     k: usize,
     place: &str,
-) -> Result<Embedding> {
+) -> Result<CablePoint> {
     match tendon.anchor {
         Some(radius) => carried_by_anchor(body, tendon, k, radius, place),
-        None if tendon.ring == 0.0 => carried(body, tendon.points[k], tendon.attach_within, place),
-        None => carried_by_ring(body, tendon, k, place),
+        None if tendon.ring == 0.0 => {
+            carried(body, tendon.points[k], tendon.attach_within, place).map(CablePoint::Carried)
+        }
+        None => carried_by_ring(body, tendon, k, place).map(CablePoint::Carried),
     }
 }
 
@@ -39,7 +45,7 @@ fn carried_by_anchor(
     k: usize,
     radius: f64,
     place: &str,
-) -> Result<Embedding> {
+) -> Result<CablePoint> {
     let anchor = Anchor { center: tendon.points[k], radius, along: direction(tendon, k).into() };
     let carriers = anchor.carriers(body);
     let share = carriers.as_ref().map_or(0.0, |carriers| carriers.volume / anchor.whole_volume());
@@ -54,9 +60,10 @@ fn carried_by_anchor(
     let point = Embedding::new(body, anchor.center);
     let free = point.nodes.iter().zip(&point.weights).filter(|(node, _)| (**node as usize) < body.n_free);
     if free.map(|(_, weight)| weight.abs()).sum::<f64>() < HELD {
-        return Ok(held(body, point));
+        return Ok(CablePoint::Carried(held(body, point)));
     }
-    Ok(carriers.embedding)
+    let core = carriers.thinned(body, CORE_SPACING * radius);
+    Ok(CablePoint::Anchored { carriers: carriers.embedding, core })
 }
 
 /// A point of the clamp without the round-off of its free nodes.

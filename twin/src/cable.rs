@@ -26,8 +26,25 @@ pub struct Cables {
 pub enum CablePoint {
     /// A point of the body.
     Carried(Embedding),
+    /// A point that acts on many nodes.
+    Anchored {
+        /// The nodes on which it acts.
+        carriers: Embedding,
+        /// A few of them that stand for all in the stiffness.
+        core: Embedding,
+    },
     /// A point fixed in space [m].
     Fixed([f64; 3]),
+}
+
+impl CablePoint {
+    /// The nodes on which it acts; none for a point fixed in space.
+    pub(crate) fn carriers(&self) -> Option<&Embedding> {
+        match self {
+            Self::Carried(carriers) | Self::Anchored { carriers, .. } => Some(carriers),
+            Self::Fixed(_) => None,
+        }
+    }
 }
 
 /// A cable point: where it is without the body, and the nodes that carry it, with weights. A fixed point has no
@@ -36,6 +53,9 @@ pub enum CablePoint {
 struct CarriedPoint {
     offset: [f64; 3],
     carriers: Vec<(u32, f64)>,
+    /// Carriers in the stiffness. Those of an anchor would couple each of hundreds of nodes with every other; its core
+    /// moves as it does in every affine motion and nearly so in others, and the iteration makes up for the rest.
+    coupled: Vec<(u32, f64)>,
 }
 
 /// Unit direction of every segment and length of every cable at some positions; scratch.
@@ -197,14 +217,15 @@ impl Cables {
         for j in 0..self.len() {
             let range = self.range(j);
             for p in range.start..range.end - 1 {
-                let pair = self.points[p].carriers.iter().chain(&self.points[p + 1].carriers);
+                let pair = self.points[p].coupled.iter().chain(&self.points[p + 1].coupled);
                 couplings.push(pair.map(|(node, _)| *node).collect());
             }
         }
         couplings
     }
 
-    /// Adds the cables' geometric stiffness, T/ℓ (1 - t tᵀ) between the ends of every segment.
+    /// Adds the cables' geometric stiffness, T/ℓ (1 - t tᵀ) between the ends of every segment; for an anchored end that of
+    /// its core.
     pub(crate) fn add_stiffness(
         &self,
         shape: &CableShape,
@@ -222,7 +243,7 @@ impl Cables {
                 let ends = [(&self.points[p], 1.0), (&self.points[p + 1], -1.0)];
                 let carriers = ends
                     .iter()
-                    .flat_map(|(point, sign)| point.carriers.iter().map(move |(n, w)| (*n, sign * w)));
+                    .flat_map(|(point, sign)| point.coupled.iter().map(move |(n, w)| (*n, sign * w)));
                 let carriers: Vec<(u32, f64)> = carriers.collect();
                 for &(row, row_weight) in &carriers {
                     for &(column, column_weight) in carriers.iter().filter(|(column, _)| *column <= row) {
@@ -242,11 +263,13 @@ impl Cables {
 impl CarriedPoint {
     fn new(point: &CablePoint) -> Self {
         match point {
-            CablePoint::Fixed(at) => Self { offset: *at, carriers: Vec::new() },
+            CablePoint::Fixed(at) => Self { offset: *at, carriers: Vec::new(), coupled: Vec::new() },
             CablePoint::Carried(point) => {
-                let carriers = point.nodes.iter().copied().zip(point.weights.iter().copied());
-                let carriers = carriers.filter(|(_, weight)| *weight != 0.0).collect();
-                Self { offset: [0.0; 3], carriers }
+                let carriers = acting(point);
+                Self { offset: [0.0; 3], coupled: carriers.clone(), carriers }
+            }
+            CablePoint::Anchored { carriers, core } => {
+                Self { offset: [0.0; 3], carriers: acting(carriers), coupled: acting(core) }
             }
         }
     }
@@ -260,6 +283,12 @@ impl CarriedPoint {
         }
         point
     }
+}
+
+/// Nodes that move a point, with their weights.
+fn acting(point: &Embedding) -> Vec<(u32, f64)> {
+    let carriers = point.nodes.iter().copied().zip(point.weights.iter().copied());
+    carriers.filter(|(_, weight)| *weight != 0.0).collect()
 }
 
 /// Unit vector from `a` to `b`, and their distance.

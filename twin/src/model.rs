@@ -181,21 +181,17 @@ impl Twin {
                 points.push(if tendon.fixed.contains(&k) {
                     CablePoint::Fixed(*point)
                 } else {
-                    CablePoint::Carried(carried_tendon_point(&body, tendon, k, &place)?)
+                    carried_tendon_point(&body, tendon, k, &place)?
                 });
             }
-            let pulls = |point: &CablePoint| matches!(point, CablePoint::Carried(at) if moves(&body, at));
-            if !points.iter().any(pulls) {
+            if !points.iter().filter_map(CablePoint::carriers).any(|at| moves(&body, at)) {
                 let place = format!("tendon.{}.points_mm", tendon.name);
                 let found = "clamped or fixed ones alone";
                 return Err(BadInput::new(place, "a point beyond the clamp", found).into());
             }
             cables.push(points);
         }
-        let distance = |point: &CablePoint| match point {
-            CablePoint::Carried(at) => at.distance,
-            CablePoint::Fixed(_) => 0.0,
-        };
+        let distance = |point: &CablePoint| point.carriers().map_or(0.0, |at| at.distance);
         let farthest = |points: &Vec<CablePoint>| points.iter().map(distance).fold(0.0, f64::max);
         let outside: Vec<f64> = cables.iter().map(farthest).collect();
         let friction = scene.friction.iter().flat_map(|friction| friction_points(&scene.tendons, friction));

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use hysteron_fem::{Cells, Layers, Mesh, Order, TendonChannel, Tube, check_mesh};
 use proptest::prelude::*;
 
-use super::{MM, bad_input};
+use super::{MM, bad_input, volume};
 
 fn tube(n_channels: u32) -> Tube {
     let channel =
@@ -152,6 +152,46 @@ fn layers_follow_the_profile() {
     assert_eq!(z.len(), 1 + 30 + 6);
     let z = levels(Tube { layers: Layers::Count(2), ..cone() });
     assert_eq!(z, [0.0, 0.3, 0.36]);
+}
+
+#[test]
+fn graded_layers_are_fine_where_links_end() {
+    let (height, end) = (8.0 * MM, 0.5 * MM);
+    let tube = Tube { layers: Layers::Graded { height, end }, ..cone() };
+    let mesh = tube.mesh().expect("good");
+    assert!((volume(&mesh) - exact_volume(&tube)).abs() < 1e-12 * exact_volume(&tube));
+    let mut z: Vec<f64> = mesh.nodes.iter().map(|x| x[2]).collect();
+    z.dedup();
+    let heights: Vec<f64> = z.windows(2).map(|w| w[1] - w[0]).collect();
+    assert!(z.contains(&0.3) && z[z.len() - 1] == 0.36);
+    assert!(heights.iter().all(|h| *h <= height * (1.0 + 1e-9)), "{heights:?}");
+    for corner in [0.3, 0.36] {
+        let next = z.iter().position(|z| *z == corner).unwrap();
+        assert!(heights[next - 3..next].iter().all(|h| *h <= end * (1.0 + 1e-9)), "{heights:?}");
+    }
+    // Away from both ends a layer of the full height; no jump from one layer to the next.
+    assert!(heights.iter().any(|h| *h > 0.9 * height), "{heights:?}");
+    assert!(heights.windows(2).all(|w| w[1] / w[0] < 1.5 && w[0] / w[1] < 1.5), "{heights:?}");
+}
+
+#[test]
+fn layers_of_no_height_at_the_ends_are_refused() {
+    for end in [0.0, f64::NAN, 9.0 * MM] {
+        let tube = Tube { layers: Layers::Graded { height: 8.0 * MM, end }, ..cone() };
+        let error = bad_input(tube.mesh());
+        assert!(error.to_string().contains("tube: layers at the ends"), "{error}");
+    }
+}
+
+#[test]
+fn polygons_of_the_circles_areas() {
+    let tube = tube(4);
+    let circle = |r: f64| std::f64::consts::PI * r * r;
+    let area = circle(6.0 * MM) - circle(3.0 * MM) - 4.0 * circle(0.75 * MM);
+    let made = tube.with_circle_areas();
+    assert!((base_area(&made) - area).abs() < 1e-12 * area);
+    let volume = volume(&made.mesh().expect("good"));
+    assert!((volume - area * 80.0 * MM).abs() < 1e-10 * volume);
 }
 
 #[test]

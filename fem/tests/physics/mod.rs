@@ -1,5 +1,6 @@
 #![allow(clippy::unwrap_used)] // a test may stop where it stands
 
+mod anchors;
 mod bad_input;
 mod beams;
 mod convergence;

@@ -1,4 +1,5 @@
 mod adapt;
+mod anchor;
 mod bad_input;
 mod campaign;
 mod coreact;

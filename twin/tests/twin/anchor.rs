@@ -1,0 +1,148 @@
+//! Tendon points that act on the body within a radius.
+
+use hysteron_fem::{Layers, Order, Tube};
+use hysteron_twin::{Stepper, Target, Twin};
+
+use super::{scenes, tolerance};
+
+const RADIUS: f64 = 0.0025;
+
+fn anchored(scene: &mut hysteron_base::Scene, radius: f64) {
+    for tendon in &mut scene.tendons {
+        tendon.anchor = Some(radius);
+    }
+    if let Some(layout) = &mut scene.auxiliary {
+        layout.anchor = Some(radius);
+    }
+}
+
+/// The robot of the other tests with `sides` and layers as high as they are wide, finer where the tendons end.
+fn twin(sides: u32, anchor: Option<f64>) -> Twin {
+    let (mut scene, _) = scenes::robot();
+    if let Some(radius) = anchor {
+        anchored(&mut scene, radius);
+    }
+    let height = std::f64::consts::TAU * scenes::OUTER / f64::from(sides);
+    let tube = Tube {
+        profile: vec![[0.0, scenes::OUTER], [scenes::LENGTH, scenes::OUTER]],
+        bore_radius: 0.0025,
+        channels: Vec::new(),
+        outer_divisions: sides,
+        bore_divisions: sides,
+        channel_divisions: 6,
+        layers: Layers::Graded { height, end: 0.5 * height },
+        order: Order::Linear,
+    };
+    Twin::new(&scene, &tube.with_circle_areas().mesh().unwrap()).unwrap()
+}
+
+#[test]
+fn anchors_lie_on_the_lines_of_their_tendons() {
+    let twin = twin(12, Some(RADIUS));
+    let (scene, _) = scenes::robot();
+    for (j, tendon) in scene.tendons.iter().enumerate() {
+        // Tendons run along z; round-off of a hundred weighted positions.
+        for (carried, point) in twin.cables.polyline(j, &twin.body.rest).iter().zip(&tendon.points) {
+            for c in 0..2 {
+                assert!((carried[c] - point[c]).abs() < 1e-12 * scenes::LENGTH, "{carried:?} for {point:?}");
+            }
+            assert!((carried[2] - point[2]).abs() < 0.5 * RADIUS, "{carried:?} for {point:?}");
+        }
+    }
+}
+
+/// Stroke of the first tendon per tension in all four [m/N]: the body shortens without bending, and the ends sink in.
+fn compliance(sides: u32, anchor: Option<f64>) -> f64 {
+    let twin = twin(sides, anchor);
+    let delassus = Stepper::new(&twin).delassus(&twin).unwrap();
+    delassus[..4].iter().sum()
+}
+
+#[test]
+fn the_compliance_of_anchored_tendons_converges() {
+    let change = |anchor: Option<f64>| {
+        let [coarse, middle, fine] = [12, 18, 27].map(|sides| compliance(sides, anchor));
+        (middle / coarse - 1.0, fine / middle - 1.0)
+    };
+    let (anchored, pointed) = (change(Some(RADIUS)), change(None));
+    // Refined by 1.5 each time, an error of second order falls to a factor 1/2.25, one of first order to 1/1.5; what a
+    // point adds grows by 1.5.
+    assert!(anchored.1.abs() < anchored.0.abs() / 1.5, "{anchored:?}");
+    assert!(pointed.1 > pointed.0 && pointed.1 > 5.0 * anchored.1.abs(), "{pointed:?}, {anchored:?}");
+}
+
+#[test]
+fn anchored_tendons_are_conjugate_to_their_tensions() {
+    // Reciprocity, W = Wᵀ, without the factor: differences of strokes by tensions at a bent state.
+    let mut twin = twin(12, Some(RADIUS));
+    twin.accuracy.relative_residual = 1e-11;
+    for tendon in &mut twin.tendons {
+        tendon.tension.min = -100.0;
+    }
+    let bent = [3.0, 1.0, 0.2, 0.5];
+    let step = 1e-3;
+    let strokes = |j: usize, by: f64| {
+        let mut tensions = bent;
+        tensions[j] += by;
+        let state = super::after(&twin, &twin.rest(), &super::tensions(&tensions));
+        twin.strokes_of(&state)
+    };
+    let by_tension: Vec<Vec<f64>> = (0..4)
+        .map(|j| {
+            let (ahead, behind) = (strokes(j, step), strokes(j, -step));
+            (0..4).map(|i| (ahead[i] - behind[i]) / (2.0 * step)).collect()
+        })
+        .collect();
+    let size = by_tension.iter().flatten().fold(0.0f64, |max, w| max.max(w.abs()));
+    for (i, row) in by_tension.iter().enumerate() {
+        for j in 0..i {
+            // A residual of 1e-11 of 5 N over a step of 1e-3 N, some 5e-8.
+            assert!((row[j] - by_tension[j][i]).abs() < tolerance(1e-6) * size, "{i} {j}: {by_tension:?}");
+        }
+    }
+    assert!(by_tension[0][2] < 0.0, "pulling one side lengthens the other: {by_tension:?}");
+}
+
+#[test]
+fn the_simpler_tangent_of_anchors_costs_few_iterations() {
+    let iterations = |anchor: Option<f64>| {
+        let twin = twin(12, anchor);
+        let mut stepper = Stepper::new(&twin);
+        let mut sum = 0;
+        for step in 1..=10 {
+            let stroke = 0.0004 * f64::from(step);
+            let report = stepper.step(&twin, &[stroke, 0.0, -stroke, 0.0].map(Target::Stroke)).unwrap();
+            assert!(report.relative_residual <= twin.accuracy.relative_residual);
+            sum += report.iterations;
+        }
+        sum
+    };
+    let (anchored, pointed) = (iterations(Some(RADIUS)), iterations(None));
+    assert!(anchored <= 2 * pointed, "{anchored} against {pointed}");
+}
+
+#[test]
+fn auxiliary_tendons_are_anchored_alike() {
+    let (mut scene, mesh) = scenes::actuated(4);
+    anchored(&mut scene, RADIUS);
+    let twin = Twin::new(&scene, &mesh).unwrap();
+    let mut stepper = Stepper::new(&twin);
+    let targets: Vec<Target> = (0..twin.tendons.len())
+        .map(|j| if j < 4 { Target::Stroke(0.0) } else { Target::Tension(if j == 4 { 5.0 } else { 0.0 }) })
+        .collect();
+    let report = stepper.step(&twin, &targets).unwrap();
+    assert!(report.relative_residual <= twin.accuracy.relative_residual);
+    assert!(twin.tip_of(stepper.state())[0] > twin.tip_of(&twin.rest())[0] + 1e-4);
+}
+
+#[test]
+fn an_anchor_without_body_is_refused_with_what_to_do() {
+    let (mut scene, mesh) = scenes::robot();
+    scene.tendons[1].anchor = Some(1e-4);
+    for point in &mut scene.tendons[1].points {
+        point[1] = 0.0065;
+    }
+    let error = Twin::new(&scene, &mesh).unwrap_err().to_string();
+    assert!(error.contains("at least 5 % of its anchor in the body"), "{error}");
+    assert!(error.contains("points_mm[0]") && error.contains("anchor_radius_mm"), "{error}");
+}
