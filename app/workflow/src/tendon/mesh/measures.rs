@@ -31,12 +31,13 @@ pub(super) fn tube(options: &Options) -> Result<Tube, BadInput> {
     let radius = profile.first().map_or(0.0, |corner| corner[1]);
     let bore_radius = 0.5 * options.bore_diameter_mm * MM;
     let channel_radius = channels.first().map_or(0.0, |channel| channel.radius);
-    let layers = match (options.layers, edge) {
-        (Some(layers), _) => Layers::Count(layers),
-        (None, Some(edge)) => Layers::Height(edge),
-        (None, None) => return Err(BadInput::new("tube", "--layers or --edge-mm", "neither")),
+    let layers = match (options.layers, edge, options.end_edge_mm) {
+        (Some(layers), ..) => Layers::Count(layers),
+        (None, Some(height), Some(end)) => Layers::Graded { height, end: end * MM },
+        (None, Some(edge), None) => Layers::Height(edge),
+        (None, None, _) => return Err(BadInput::new("tube", "--layers or --edge-mm", "neither")),
     };
-    Ok(Tube {
+    let tube = Tube {
         outer_divisions: sides(options.outer_sides, radius, 8.0, 16),
         bore_divisions: sides(options.bore_sides, bore_radius, 6.0, 8),
         channel_divisions: sides(options.channel_sides, channel_radius, 4.0, 4),
@@ -45,7 +46,8 @@ pub(super) fn tube(options: &Options) -> Result<Tube, BadInput> {
         channels,
         layers,
         order: if options.quadratic { Order::Quadratic } else { Order::Linear },
-    })
+    };
+    Ok(if options.circle_areas { tube.with_circle_areas() } else { tube })
 }
 
 fn channels(options: &Options) -> Result<Vec<TendonChannel>, BadInput> {

@@ -52,6 +52,13 @@ pub struct Options {
     /// Number of layers along the body
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::up_to::<20_000>))]
     pub layers: Option<u32>,
+    /// Height of the layers where a link of the profile ends, which then grow away from there: a third of the radius of the
+    /// anchor of the tendons that end there [default: as the other layers]
+    #[cfg_attr(feature = "clap", arg(long, allow_negative_numbers = true, value_parser = crate::shared::number::position_mm, value_name = "MM", requires = "edge_mm", conflicts_with = "layers"))]
+    pub end_edge_mm: Option<f64>,
+    /// Give every polygon the area of its circle: the corners then lie outside the circle, the middles of the sides inside
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub circle_areas: bool,
     /// Sides of the outer polygon [default: by edge length, else 16]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::up_to::<512>))]
     pub outer_sides: Option<u32>,
