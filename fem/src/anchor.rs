@@ -60,18 +60,17 @@ impl AnchorCarriers {
     /// coupled with every other.
     pub fn thinned(&self, model: &FemModel, spacing: f64) -> Embedding {
         let point = Vector3::from(self.embedding.at(&model.rest));
-        let mut cubes: BTreeMap<[i64; 3], Vec<(u32, f64, Vector3<f64>)>> = BTreeMap::new();
+        let mut cubes: BTreeMap<[i64; 3], Vec<Carrier>> = BTreeMap::new();
         for (&node, &weight) in self.embedding.nodes.iter().zip(&self.embedding.weights) {
             let arm = position(&model.rest, node) - point;
             let cube = [0, 1, 2].map(|c| (arm[c] / spacing).floor() as i64);
-            cubes.entry(cube).or_default().push((node, weight, arm));
+            cubes.entry(cube).or_default().push(Carrier { node, weight, arm });
         }
-        let kept: Vec<(u32, f64, Vector3<f64>)> =
-            cubes.values().filter_map(|cube| representative(cube)).collect();
+        let kept: Vec<Carrier> = cubes.values().filter_map(|cube| representative(cube)).collect();
         let row = |arm: &Vector3<f64>| Vector4::new(1.0, arm.x / spacing, arm.y / spacing, arm.z / spacing);
         let mut normal = Matrix4::zeros();
         let mut missing = Vector4::x();
-        for (_, weight, arm) in &kept {
+        for Carrier { weight, arm, .. } in &kept {
             normal += weight.abs() * row(arm) * row(arm).transpose();
             missing -= *weight * row(arm);
         }
@@ -79,7 +78,7 @@ impl AnchorCarriers {
         let correction = normal.svd(true, true).solve(&missing, FLAT).unwrap_or_else(|_| Vector4::zeros());
         let (nodes, weights) = kept
             .iter()
-            .map(|(node, weight, arm)| (*node, weight + weight.abs() * correction.dot(&row(arm))))
+            .map(|one| (one.node, one.weight + one.weight.abs() * correction.dot(&row(&one.arm))))
             .unzip();
         Embedding { nodes, weights, distance: 0.0 }
     }
@@ -88,13 +87,22 @@ impl AnchorCarriers {
 /// Singular values below it are those of nodes in a plane [-].
 const FLAT: f64 = 1e-9;
 
+/// A node that carries an anchor.
+struct Carrier {
+    node: u32,
+    weight: f64,
+    /// From the anchor's center of weights to the node [m].
+    arm: Vector3<f64>,
+}
+
 /// The node of a cube nearest to the center of its weights, with all of them.
-fn representative(cube: &[(u32, f64, Vector3<f64>)]) -> Option<(u32, f64, Vector3<f64>)> {
-    let size: f64 = cube.iter().map(|(_, weight, _)| weight.abs()).sum();
-    let center: Vector3<f64> = cube.iter().map(|(_, weight, arm)| weight.abs() / size * arm).sum();
-    let away = |arm: &Vector3<f64>| (arm - center).norm_squared();
-    let (node, _, arm) = cube.iter().min_by(|a, b| away(&a.2).total_cmp(&away(&b.2)))?;
-    Some((*node, cube.iter().map(|(_, weight, _)| weight).sum(), *arm))
+fn representative(cube: &[Carrier]) -> Option<Carrier> {
+    let size: f64 = cube.iter().map(|one| one.weight.abs()).sum();
+    let center: Vector3<f64> = cube.iter().map(|one| one.weight.abs() / size * one.arm).sum();
+    let away = |one: &&Carrier| (one.arm - center).norm_squared();
+    let nearest = cube.iter().min_by(|a, b| away(a).total_cmp(&away(b)))?;
+    let weight = cube.iter().map(|one| one.weight).sum();
+    Some(Carrier { node: nearest.node, weight, arm: nearest.arm })
 }
 
 /// Longest reach of a part of an element that is integrated by one quadrature rule, over R [-]: ∫ φ of a whole anchor is

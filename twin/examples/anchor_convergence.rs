@@ -3,6 +3,7 @@
 //! ANCHOR_MM 0 keeps the rings or points of the scene; END_MM 0 means layers of equal height.
 //!
 //! `cargo run --release -p hysteron-twin --example anchor_convergence -- meshes/tpu80/scene.toml 2 1:24/12/8:1:0.6 ...`
+#![allow(clippy::print_stdout)] // this program prints a table
 
 use std::time::Instant;
 

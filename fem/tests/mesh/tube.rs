@@ -166,7 +166,7 @@ fn graded_layers_are_fine_where_links_end() {
     assert!(z.contains(&0.3) && z[z.len() - 1] == 0.36);
     assert!(heights.iter().all(|h| *h <= height * (1.0 + 1e-9)), "{heights:?}");
     for corner in [0.3, 0.36] {
-        let next = z.iter().position(|z| *z == corner).unwrap();
+        let next = z.iter().position(|z| *z == corner).expect("a section at every corner");
         assert!(heights[next - 3..next].iter().all(|h| *h <= end * (1.0 + 1e-9)), "{heights:?}");
     }
     // Away from both ends a layer of the full height; no jump from one layer to the next.
