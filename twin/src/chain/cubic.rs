@@ -1,0 +1,204 @@
+//! The cubic part of a section's energy, ⅙ A[ε, ε, ε] with a fully symmetric A.
+//!
+//! Kept as the polynomial Σ c_ijk ε_i ε_j ε_k over i <= j <= k, in which c is A times its number of permutations over six.
+//! Row by row of (j, i), with k in registers: each number is read once and multiplied twice.
+
+use hysteron_base::lanes::{Isa, LANES, Lanes, Pack, Packs, Simd, WithSimd};
+
+use super::{PADDED, STRAIN, Strain};
+
+/// Registers of a strain.
+const PACKS: usize = PADDED / LANES;
+
+/// Coefficients of the cubic polynomial.
+#[derive(Debug, Clone)]
+pub(crate) struct Cubic(Vec<Pack>);
+
+impl Cubic {
+    /// From A, which `of` gives for i <= j <= k.
+    pub fn new(of: impl Fn(usize, usize, usize) -> f64) -> Self {
+        let mut packs = Vec::new();
+        for j in 0..STRAIN {
+            for i in 0..=j {
+                for pack in j / LANES..PACKS {
+                    packs.push(Pack(std::array::from_fn(|lane| {
+                        let k = LANES * pack + lane;
+                        if k < j || k >= STRAIN {
+                            return 0.0;
+                        }
+                        let share = match (i == j, j == k) {
+                            (true, true) => 1.0 / 6.0,
+                            (false, false) => 1.0,
+                            _ => 0.5,
+                        };
+                        share * of(i, j, k)
+                    })));
+                }
+            }
+        }
+        Self(packs)
+    }
+
+    /// Adds ½ A[ε, ε] to `stress`; a third of its product with ε is the energy.
+    pub fn add_stress(&self, isa: Isa, strain: &Strain, stress: &mut Strain) {
+        isa.run(Stress { cubic: &self.0, strain, stress });
+    }
+
+    /// Adds A ε to a matrix by rows.
+    pub fn add_tangent(&self, isa: Isa, strain: &Strain, tangent: &mut [Strain; STRAIN]) {
+        let mut half = [[0.0; PADDED]; STRAIN];
+        let half_of = &mut half;
+        isa.run(
+            #[inline(always)]
+            || self.half_tangent(strain, half_of),
+        );
+        for i in 0..STRAIN {
+            for k in 0..STRAIN {
+                tangent[i][k] += half[i][k] + half[k][i];
+            }
+        }
+    }
+
+    /// A matrix that with its transpose adds up to A ε.
+    #[inline(always)]
+    fn half_tangent(&self, strain: &Strain, half: &mut [Strain; STRAIN]) {
+        let mut packs = self.0.iter();
+        for j in 0..STRAIN {
+            for i in 0..=j {
+                let mut products = [0.0; LANES];
+                for (pack, c) in (j / LANES..PACKS).zip(&mut packs) {
+                    let first = LANES * pack;
+                    for lane in 0..LANES {
+                        half[i][first + lane] += c.0[lane] * strain[j];
+                        half[j][first + lane] += c.0[lane] * strain[i];
+                        products[lane] += c.0[lane] * strain[first + lane];
+                    }
+                }
+                half[i][j] += products.iter().sum::<f64>();
+            }
+        }
+    }
+}
+
+struct Stress<'a> {
+    cubic: &'a [Pack],
+    strain: &'a Strain,
+    stress: &'a mut Strain,
+}
+
+impl WithSimd for Stress<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for pass in 0..Packs::<S>::PASSES {
+            let packs = Packs::new(simd, pass);
+            let mut sums = Sums {
+                strain: std::array::from_fn(|pack| {
+                    packs.load(&Pack(std::array::from_fn(|lane| self.strain[LANES * pack + lane])))
+                }),
+                of_first: [packs.splat(0.0); STRAIN],
+                of_last: [packs.splat(0.0); PACKS],
+            };
+            let mut rest = self.cubic;
+            for j in 0..STRAIN {
+                rest = match j / LANES {
+                    0 => sums.add::<0>(packs, self.strain, j, rest),
+                    1 => sums.add::<1>(packs, self.strain, j, rest),
+                    2 => sums.add::<2>(packs, self.strain, j, rest),
+                    _ => sums.add::<3>(packs, self.strain, j, rest),
+                };
+            }
+            let lanes = S::F64_LANES;
+            for (stress, sum) in self.stress.iter_mut().zip(&sums.of_first) {
+                *stress += sum.to_array()[..lanes].iter().sum::<f64>();
+            }
+            for (pack, sum) in sums.of_last.iter().enumerate() {
+                let first = LANES * pack + packs.range().start;
+                for (stress, sum) in self.stress[first..first + lanes].iter_mut().zip(sum.to_array()) {
+                    *stress += sum;
+                }
+            }
+        }
+    }
+}
+
+/// Partial sums of the gradient, and the strain in registers.
+struct Sums<S: Simd> {
+    strain: [Lanes<S>; PACKS],
+    /// By the first or second index, lanes still apart.
+    of_first: [Lanes<S>; STRAIN],
+    /// By the last index.
+    of_last: [Lanes<S>; PACKS],
+}
+
+impl<S: Simd> Sums<S> {
+    /// All coefficients with the middle index `j`, whose register is `FIRST`; returns those that follow.
+    #[inline(always)]
+    fn add<'a, const FIRST: usize>(
+        &mut self,
+        packs: Packs<S>,
+        strain: &Strain,
+        j: usize,
+        cubic: &'a [Pack],
+    ) -> &'a [Pack] {
+        let n = PACKS - FIRST;
+        let (here, rest) = cubic.split_at((j + 1) * n);
+        let middle = packs.splat(strain[j]);
+        let mut products = self.strain;
+        for pack in FIRST..PACKS {
+            products[pack] = products[pack] * middle;
+        }
+        let mut over_first = [packs.splat(0.0); PACKS];
+        for (i, row) in here.chunks_exact(n).enumerate() {
+            let first = packs.splat(strain[i]);
+            let mut sum = self.of_first[i];
+            for pack in FIRST..PACKS {
+                let c = packs.load(&row[pack - FIRST]);
+                over_first[pack] = c.mul_add(first, over_first[pack]);
+                sum = c.mul_add(products[pack], sum);
+            }
+            self.of_first[i] = sum;
+        }
+        for pack in FIRST..PACKS {
+            self.of_last[pack] = over_first[pack].mul_add(middle, self.of_last[pack]);
+            self.of_first[j] = over_first[pack].mul_add(self.strain[pack], self.of_first[j]);
+        }
+        rest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::RngExt;
+
+    use super::*;
+
+    #[test]
+    fn stress_and_tangent_are_those_of_the_dense_tensor() {
+        let tensor = |i: usize, j: usize, k: usize| {
+            let mut sorted = [i, j, k];
+            sorted.sort_unstable();
+            (1.0 + (sorted[0] + 31 * sorted[1] + 577 * sorted[2]) as f64).sin()
+        };
+        let cubic = Cubic::new(tensor);
+        let mut rng = hysteron_base::rng(1, "cubic");
+        let mut strain = [0.0; PADDED];
+        strain[..STRAIN].fill_with(|| rng.random_range(-1.0..1.0));
+        let mut tangent = [[0.0; PADDED]; STRAIN];
+        cubic.add_tangent(Isa::detect(), &strain, &mut tangent);
+        for isa in Isa::all() {
+            let mut stress = [0.0; PADDED];
+            cubic.add_stress(isa, &strain, &mut stress);
+            for i in 0..STRAIN {
+                let mut expected = 0.0;
+                for j in 0..STRAIN {
+                    let entry: f64 = (0..STRAIN).map(|k| tensor(i, j, k) * strain[k]).sum();
+                    assert!((tangent[i][j] - entry).abs() < 1e-12, "{i} {j}");
+                    expected += 0.5 * entry * strain[j];
+                }
+                assert!((stress[i] - expected).abs() < 1e-11, "{i}: {} and {expected}", stress[i]);
+            }
+        }
+    }
+}
