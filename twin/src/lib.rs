@@ -26,6 +26,7 @@ mod adjoint;
 mod alignment;
 mod anderson;
 mod cable;
+pub mod chain;
 pub mod coreact;
 mod equilibrium_residual;
 mod error;

@@ -59,24 +59,10 @@ impl BlockSkyline {
         &mut self.blocks[index]
     }
 
-    /// y = K x.
+    /// Block rows of a block column within the skyline, down to the diagonal.
     #[cfg(test)]
-    pub fn multiply(&self, x: &[BlockVector]) -> Vec<BlockVector> {
-        let mut y = vec![[0.0; BLOCK]; x.len()];
-        for column in 0..x.len() {
-            for row in self.first[column]..=column {
-                let block = &self.blocks[self.index(row, column)];
-                for t in 0..BLOCK {
-                    for s in 0..BLOCK {
-                        y[row][t] += block[t][s] * x[column][s];
-                        if row != column {
-                            y[column][s] += block[t][s] * x[row][t];
-                        }
-                    }
-                }
-            }
-        }
-        y
+    pub fn rows_of(&self, column: usize) -> std::ops::RangeInclusive<usize> {
+        self.first[column]..=column
     }
 
     /// Replaces the matrix by its factor; the number of negative pivots, or `None` at one that is zero or no number.
@@ -234,39 +220,58 @@ impl BlockSkyline {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{DMatrix, DVector};
     use rand::RngExt;
 
     use super::*;
 
-    #[test]
-    fn factor_solves_an_indefinite_matrix_and_counts_negative_eigenvalues() {
-        let first = vec![0, 0, 0, 1, 3, 2];
+    /// A random symmetric matrix with two negative eigenvalues a block, and the same as a dense one.
+    fn indefinite(first: &[usize]) -> (BlockSkyline, DMatrix<f64>) {
         let mut rng = hysteron_base::rng(1, "band");
-        let mut matrix = BlockSkyline::zeros(Isa::detect(), first.clone());
+        let mut matrix = BlockSkyline::zeros(Isa::detect(), first.to_vec());
+        let mut dense = DMatrix::zeros(BLOCK * first.len(), BLOCK * first.len());
         for column in 0..first.len() {
             for row in first[column]..=column {
-                let block = matrix.block(row, column);
-                *block = std::array::from_fn(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
+                let mut full: Block = std::array::from_fn(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
                 if row == column {
-                    let full = *block;
+                    let random = full;
                     for s in 0..BLOCK {
                         for t in 0..BLOCK {
-                            block[s][t] = full[s][t] + full[t][s];
+                            full[s][t] = random[s][t] + random[t][s];
                         }
-                        // Diagonally dominant: two negative eigenvalues a block.
-                        block[s][s] = if s < 2 { -90.0 } else { 90.0 };
+                        // Diagonally dominant.
+                        full[s][s] = if s < 2 { -90.0 } else { 90.0 };
+                    }
+                }
+                *matrix.block(row, column) = full;
+                for s in 0..BLOCK {
+                    for t in 0..BLOCK {
+                        dense[(BLOCK * row + s, BLOCK * column + t)] = full[s][t];
+                        dense[(BLOCK * column + t, BLOCK * row + s)] = full[s][t];
                     }
                 }
             }
         }
-        let x: Vec<BlockVector> =
+        (matrix, dense)
+    }
+
+    #[test]
+    fn factor_solves_as_a_dense_one_and_counts_negative_eigenvalues() {
+        let first = vec![0, 0, 0, 1, 3, 2];
+        let (mut matrix, dense) = indefinite(&first);
+        let mut rng = hysteron_base::rng(2, "band");
+        let mut x: Vec<BlockVector> =
             (0..first.len()).map(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0))).collect();
-        let mut solved = matrix.multiply(&x);
-        assert_eq!(matrix.factorize(), Some(2 * first.len()));
-        matrix.solve(&mut solved);
-        for (solved, x) in solved.as_flattened().iter().zip(x.as_flattened()) {
-            assert!((solved - x).abs() < 1e-13, "{solved} and {x}");
+        let right = DVector::from_row_slice(x.as_flattened());
+        let expected = dense.clone().lu().solve(&right).expect("a regular matrix");
+        let negative = dense.symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count();
+        assert_eq!((matrix.factorize(), negative), (Some(negative), 2 * first.len()));
+        matrix.solve(&mut x);
+        for (solved, expected) in x.as_flattened().iter().zip(&expected) {
+            // Round-off of a matrix with condition numbers of about three.
+            assert!((solved - expected).abs() < 1e-15, "{solved} and {expected}");
         }
+        assert!(expected.amax() > 5e-3, "a solution that tests nothing");
         matrix.clear();
         assert_eq!(matrix.factorize(), None);
     }

@@ -1,0 +1,196 @@
+//! Energy of a chain, and the residual of its equilibrium.
+
+use nalgebra::Vector3;
+
+use super::band::BlockVector;
+use super::body::Chain;
+use super::section::{Interface, SectionPose};
+use super::{BLOCK, PADDED, Strain};
+use crate::cable::CableShape;
+use crate::equilibrium_residual::{StepTargets, compare_strokes};
+
+/// What pulls at a section: the generalised force of its strain, a force, and a moment about its centre in its frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SectionPull {
+    pub stress: Strain,
+    pub force: Vector3<f64>,
+    pub moment: Vector3<f64>,
+}
+
+const NO_PULL: SectionPull =
+    SectionPull { stress: [0.0; PADDED], force: Vector3::new(0.0, 0.0, 0.0), moment: Vector3::new(0.0, 0.0, 0.0) };
+
+/// Positions, forces and strokes of some configuration; scratch.
+#[derive(Debug, Clone)]
+pub(crate) struct ChainBalance {
+    pub poses: Vec<SectionPose>,
+    /// R_eᵀ times what a part has beyond its share of the section's centre [m].
+    pub levers: Vec<Vector3<f64>>,
+    /// Position of each part [m], padded.
+    pub positions: Vec<[f64; 4]>,
+    /// Force of cables and loads on each part [N], padded.
+    pub forces: Vec<[f64; 4]>,
+    pub shape: CableShape,
+    /// Elastic stress less what pulls at each section.
+    pub net: Vec<SectionPull>,
+    pulls: Vec<SectionPull>,
+    /// Elastic energy [J].
+    pub energy: f64,
+    /// Internal minus applied forces per unknown, moments over the chain's lever [N].
+    pub residual: Vec<BlockVector>,
+    applied: Vec<BlockVector>,
+    /// Norm of `residual` over that of the applied forces [-].
+    pub relative: f64,
+    /// Missing stroke of each cable, u - s - C T [m]; zero where the tension is prescribed.
+    pub stroke_residual: Vec<f64>,
+    /// Largest violated stroke condition [m].
+    pub violation: f64,
+}
+
+impl ChainBalance {
+    pub fn new(chain: &Chain) -> Self {
+        let (n, parts) = (chain.n_sections(), chain.parts.len());
+        let poses = chain.rest.windows(2).zip(&chain.laws);
+        Self {
+            poses: poses.map(|(pair, law)| SectionPose::new(&pair[0], &pair[1], &law.rest)).collect(),
+            levers: vec![Vector3::zeros(); parts],
+            positions: vec![[0.0; 4]; parts],
+            forces: vec![[0.0; 4]; parts],
+            shape: chain.cables.shape(),
+            net: vec![NO_PULL; n],
+            pulls: vec![NO_PULL; n],
+            energy: 0.0,
+            residual: vec![[0.0; BLOCK]; n],
+            applied: vec![[0.0; BLOCK]; n],
+            relative: f64::INFINITY,
+            stroke_residual: vec![0.0; chain.cables.len()],
+            violation: f64::INFINITY,
+        }
+    }
+
+    /// Frames of sections, positions of parts, strokes.
+    pub fn place(&mut self, chain: &Chain, interfaces: &[Interface]) {
+        for ((pose, pair), law) in self.poses.iter_mut().zip(interfaces.windows(2)).zip(&chain.laws) {
+            *pose = SectionPose::new(&pair[0], &pair[1], &law.rest);
+        }
+        for ((part, lever), position) in chain.parts.iter().zip(&mut self.levers).zip(&mut self.positions) {
+            let pose = &self.poses[part.section];
+            *lever = part.arm + deformed(&part.shape, &pose.strain);
+            let at = part.share * pose.center + pose.rotation * *lever;
+            *position = [at[0], at[1], at[2], 0.0];
+        }
+        chain.cables.measure(&self.positions, &mut self.shape);
+    }
+
+    /// Evaluates everything.
+    pub fn evaluate(&mut self, chain: &Chain, control: &StepTargets, interfaces: &[Interface], tensions: &[f64]) {
+        self.place(chain, interfaces);
+        self.forces.fill([0.0; 4]);
+        for &(part, force) in &chain.loads {
+            for c in 0..3 {
+                self.forces[part as usize][c] += control.load * force[c];
+            }
+        }
+        chain.cables.add_forces(&self.shape, tensions, &mut self.forces);
+        self.collect(chain);
+        self.applied.fill([0.0; BLOCK]);
+        spread(&self.poses, &self.pulls, chain.lever, &mut self.applied);
+        self.energy = 0.0;
+        for (((law, pose), pull), net) in
+            chain.laws.iter().zip(&self.poses).zip(&self.pulls).zip(&mut self.net)
+        {
+            let (stress, energy) = law.stress(chain.isa, &pose.strain);
+            self.energy += energy;
+            net.force = -pull.force;
+            net.moment = -pull.moment;
+            for k in 0..PADDED {
+                net.stress[k] = stress[k] - pull.stress[k];
+            }
+        }
+        self.residual.fill([0.0; BLOCK]);
+        spread(&self.poses, &self.net, chain.lever, &mut self.residual);
+        let square = |blocks: &[BlockVector]| blocks.as_flattened().iter().map(|f| f * f).sum::<f64>();
+        self.relative = square(&self.residual).sqrt() / square(&self.applied).sqrt().max(chain.least_force);
+        self.compare_strokes(chain, control, tensions);
+    }
+
+    /// Forces of parts as pulls at their sections.
+    fn collect(&mut self, chain: &Chain) {
+        self.pulls.fill(NO_PULL);
+        for ((part, lever), force) in chain.parts.iter().zip(&self.levers).zip(&self.forces) {
+            let force = Vector3::new(force[0], force[1], force[2]);
+            if force == Vector3::zeros() {
+                continue;
+            }
+            let pull = &mut self.pulls[part.section];
+            let local = self.poses[part.section].rotation.tr_mul(&force);
+            pull.force += part.share * force;
+            pull.moment += lever.cross(&local);
+            for c in 0..3 {
+                for (stress, shape) in pull.stress.iter_mut().zip(&part.shape[c]) {
+                    *stress += local[c] * shape;
+                }
+            }
+        }
+    }
+
+    /// Writes row j of J, ∂s_j per unknown, at the configuration placed last.
+    pub fn row_into(&mut self, chain: &Chain, j: usize, row: &mut [BlockVector]) {
+        self.forces.fill([0.0; 4]);
+        chain.cables.add_forces_of(&self.shape, j, 1.0, &mut self.forces);
+        self.collect(chain);
+        row.fill([0.0; BLOCK]);
+        spread(&self.poses, &self.pulls, chain.lever, row);
+    }
+
+    /// Missing strokes at the configuration placed last.
+    pub fn compare_strokes(&mut self, chain: &Chain, control: &StepTargets, tensions: &[f64]) {
+        self.violation =
+            compare_strokes(&chain.cables, control, &self.shape, tensions, &mut self.stroke_residual);
+    }
+
+    /// True when all numbers are finite.
+    pub fn is_finite(&self) -> bool {
+        self.relative.is_finite() && !self.violation.is_nan()
+    }
+
+    /// Energy of the chain less the work of the constant loads and of prescribed tensions [J], at the configuration evaluated
+    /// last.
+    #[cfg(test)]
+    pub fn potential(&self, chain: &Chain, load: f64, tensions: &[f64]) -> f64 {
+        let mut potential = self.energy;
+        for &(part, force) in &chain.loads {
+            for c in 0..3 {
+                potential -= load * force[c] * self.positions[part as usize][c];
+            }
+        }
+        potential - tensions.iter().zip(&self.shape.strokes).map(|(t, s)| t * s).sum::<f64>()
+    }
+}
+
+/// Ψ ε.
+pub(crate) fn deformed(shape: &[Strain; 3], strain: &Strain) -> Vector3<f64> {
+    let product = |row: &Strain| {
+        let mut sums = [0.0; 8];
+        for (row, strain) in row.as_chunks::<8>().0.iter().zip(strain.as_chunks::<8>().0) {
+            for lane in 0..8 {
+                sums[lane] += row[lane] * strain[lane];
+            }
+        }
+        sums.iter().sum::<f64>()
+    };
+    Vector3::new(product(&shape[0]), product(&shape[1]), product(&shape[2]))
+}
+
+/// Adds the pulls' forces on the free interfaces, moments over `lever`.
+fn spread(poses: &[SectionPose], pulls: &[SectionPull], lever: f64, out: &mut [BlockVector]) {
+    for (e, (pose, pull)) in poses.iter().zip(pulls).enumerate() {
+        let (before, from) = out.split_at_mut(e);
+        pose.add_work(&pull.stress, &pull.force, &pull.moment, before.last_mut(), &mut from[0]);
+    }
+    for block in out {
+        for c in 3..6 {
+            block[c] /= lever;
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! A body as a chain of condensed sections, and everything that acts on it: cables, loads, the tip.
+
+use hysteron_base::lanes::Isa;
+use hysteron_fem::FemModel;
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
+
+use super::band::BlockVector;
+use super::condense::{Condensed, condense};
+use super::cut::Cut;
+use super::rotation::{exp, orthonormal};
+use super::section::{Interface, SectionLaw};
+use super::warping::{interfaces, rest};
+use super::{PADDED, POSE, Strain, WARPINGS};
+use crate::Result;
+use crate::cable::Cables;
+use crate::equilibrium_residual::least_stress;
+use crate::model::{Accuracy, Twin};
+
+/// A weighted sum of nodes of one section: `share` c_e + R_e (`arm` + Ψ ε). What pulls at the body pulls at parts.
+#[derive(Debug, Clone)]
+pub(crate) struct Part {
+    pub section: usize,
+    /// Sum of the weights [-].
+    pub share: f64,
+    /// Weighted sum of the arms from the section's centre at rest [m].
+    pub arm: Vector3<f64>,
+    /// Ψ by rows.
+    pub shape: [Strain; 3],
+}
+
+/// A weighted sum of nodes of the whole body.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct PartSum {
+    /// What clamped nodes add [m].
+    pub offset: Vector3<f64>,
+    /// Parts, and their weights.
+    pub parts: Vec<(u32, f64)>,
+}
+
+/// Two neighbouring points of cables, and the cables that run from one to the other.
+#[derive(Debug, Clone)]
+pub(crate) struct Segment {
+    /// The first point; the other is the next.
+    pub first: usize,
+    pub cables: Vec<usize>,
+}
+
+/// The chain of one robot. Never changes.
+#[derive(Debug, Clone)]
+pub struct Chain {
+    pub(crate) isa: Isa,
+    /// Every interface at rest, the clamped one first.
+    pub rest: Vec<Interface>,
+    pub(crate) laws: Vec<SectionLaw>,
+    pub(crate) parts: Vec<Part>,
+    /// The twin's cables, carried by parts.
+    pub(crate) cables: Cables,
+    pub(crate) segments: Vec<Segment>,
+    /// Constant forces on parts [N].
+    pub(crate) loads: Vec<(u32, [f64; 3])>,
+    tip: PartSum,
+    /// What a rotation of one radian counts as in norms: a radius of the body [m].
+    pub(crate) lever: f64,
+    pub(crate) accuracy: Accuracy,
+    /// Force below which forces count as none [N].
+    pub(crate) least_force: f64,
+    /// Largest asymmetry that the differences of the sections' forces have shown [-]: the accuracy of their cubic terms.
+    pub asymmetry: f64,
+}
+
+/// A configuration of a chain.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ChainState {
+    /// Every interface, the clamped one first.
+    pub interfaces: Vec<Interface>,
+    /// Tension of each cable [N].
+    pub tensions: Vec<f64>,
+    /// Part of the constant loads that is applied.
+    pub load: f64,
+}
+
+/// Adds parts as they are asked for.
+struct Parts<'a> {
+    body: &'a FemModel,
+    cut: &'a Cut,
+    sections: &'a [Condensed],
+    parts: Vec<Part>,
+}
+
+impl Chain {
+    /// Condenses the body of a twin.
+    ///
+    /// # Errors
+    /// A body that cannot be cut into sections, or that nothing holds.
+    pub fn new(twin: &Twin) -> Result<Self> {
+        let body = &twin.body;
+        let cut = Cut::new(body)?;
+        let interfaces = interfaces(twin, &cut)?;
+        let sections: Vec<Condensed> = (0..cut.n_sections)
+            .into_par_iter()
+            .map(|e| condense(body, &cut, e, &interfaces[e], &interfaces[e + 1]))
+            .collect::<Result<_>>()?;
+        let mut parts = Parts { body, cut: &cut, sections: &sections, parts: Vec::new() };
+        let mut known: Vec<(Vec<(u32, f64)>, PartSum)> = Vec::new();
+        let cables = twin.cables.carried_by(|carriers| {
+            let sum = match known.iter().find(|(same, _)| same == carriers) {
+                Some((_, sum)) => sum.clone(),
+                None => {
+                    let sum = parts.sum(carriers);
+                    known.push((carriers.to_vec(), sum.clone()));
+                    sum
+                }
+            };
+            (sum.offset.into(), sum.parts)
+        });
+        let tip: Vec<(u32, f64)> = twin.tip.nodes.iter().copied().zip(twin.tip.weights.iter().copied()).collect();
+        let tip = parts.sum(&tip);
+        let loads = parts.loads(&twin.loads);
+        let asymmetry = sections.iter().map(|section| section.asymmetry).fold(0.0, f64::max);
+        let parts = parts.parts;
+        let volume: f64 = body.nodal_volumes.iter().sum();
+        let length = interfaces.windows(2).map(|pair| (pair[1].center - pair[0].center).norm()).sum::<f64>();
+        let at_rest = |center| Interface { center, rotation: Matrix3::identity(), warping: [0.0; WARPINGS] };
+        Ok(Self {
+            isa: body.isa,
+            rest: interfaces.iter().map(|interface| at_rest(interface.center)).collect(),
+            segments: segments(&cables),
+            cables,
+            loads,
+            tip,
+            parts,
+            laws: sections.into_iter().map(|section| section.law).collect(),
+            lever: (volume / length / std::f64::consts::PI).sqrt(),
+            least_force: least_stress(&body.material, twin.accuracy.relative_residual) * volume.powf(2.0 / 3.0),
+            accuracy: twin.accuracy,
+            asymmetry,
+        })
+    }
+
+    /// Number of sections.
+    pub fn n_sections(&self) -> usize {
+        self.laws.len()
+    }
+
+    /// Number of unknowns.
+    pub fn n_unknowns(&self) -> usize {
+        self.laws.len() * super::BLOCK
+    }
+
+    /// The unloaded chain.
+    pub fn rest(&self) -> ChainState {
+        ChainState { interfaces: self.rest.clone(), tensions: vec![0.0; self.cables.len()], load: 0.0 }
+    }
+
+    /// Position of the tip [m].
+    pub fn tip_of(&self, state: &ChainState) -> [f64; 3] {
+        let mut balance = super::balance::ChainBalance::new(self);
+        balance.place(self, &state.interfaces);
+        let mut at = self.tip.offset;
+        for &(part, weight) in &self.tip.parts {
+            let [x, y, z, _] = balance.positions[part as usize];
+            at += weight * Vector3::new(x, y, z);
+        }
+        at.into()
+    }
+
+    /// Turns and moves every free interface by `factor` times a change of the unknowns.
+    pub(crate) fn apply(&self, factor: f64, change: &[BlockVector], interfaces: &mut [Interface]) {
+        for (interface, change) in interfaces[1..].iter_mut().zip(change) {
+            let turn = Vector3::new(change[3], change[4], change[5]);
+            interface.center += factor * Vector3::new(change[0], change[1], change[2]);
+            interface.rotation = orthonormal(&(exp(&(factor / self.lever * turn)) * interface.rotation));
+            for (amplitude, change) in interface.warping.iter_mut().zip(&change[POSE..]) {
+                *amplitude += factor * change;
+            }
+        }
+    }
+}
+
+impl Parts<'_> {
+    /// The sum of nodes with weights: one part where one section has them all.
+    fn sum(&mut self, carriers: &[(u32, f64)]) -> PartSum {
+        let mut sum = PartSum::default();
+        let free: Vec<(u32, f64)> =
+            carriers.iter().copied().filter(|(node, _)| (*node as usize) < self.body.n_free).collect();
+        for &(node, weight) in carriers.iter().filter(|(node, _)| (*node as usize) >= self.body.n_free) {
+            sum.offset += weight * rest(self.body, node);
+        }
+        if free.is_empty() {
+            return sum;
+        }
+        let whole =
+            (0..self.sections.len()).find(|&e| free.iter().all(|&(node, _)| self.cut.touches(node, e)));
+        if let Some(e) = whole {
+            sum.parts.push((self.add(e, &free), 1.0));
+            return sum;
+        }
+        for e in 0..self.sections.len() {
+            let own: Vec<(u32, f64)> =
+                free.iter().copied().filter(|(node, _)| self.cut.home(*node) == Some(e)).collect();
+            if !own.is_empty() {
+                sum.parts.push((self.add(e, &own), 1.0));
+            }
+        }
+        sum
+    }
+
+    /// One part of section `e`; its number.
+    fn add(&mut self, e: usize, carriers: &[(u32, f64)]) -> u32 {
+        let section = &self.sections[e];
+        let mut part = Part { section: e, share: 0.0, arm: Vector3::zeros(), shape: [[0.0; PADDED]; 3] };
+        for &(node, weight) in carriers {
+            // Nodes of a section are few: a linear search.
+            let Some(i) = section.nodes.iter().position(|&own| own == node) else { continue };
+            part.share += weight;
+            part.arm += weight * (rest(self.body, node) - section.center);
+            for c in 0..3 {
+                for (sum, shape) in part.shape[c].iter_mut().zip(&section.shapes[i][c]) {
+                    *sum += weight * shape;
+                }
+            }
+        }
+        self.parts.push(part);
+        self.parts.len() as u32 - 1
+    }
+
+    /// Constant nodal forces [N] as forces of one newton on parts, one per section and axis.
+    fn loads(&mut self, nodal: &[[f64; 4]]) -> Vec<(u32, [f64; 3])> {
+        let mut loads = Vec::new();
+        for e in 0..self.sections.len() {
+            for c in 0..3 {
+                let own: Vec<(u32, f64)> = (0..self.body.n_free as u32)
+                    .filter(|&node| nodal[node as usize][c] != 0.0 && self.cut.home(node) == Some(e))
+                    .map(|node| (node, nodal[node as usize][c]))
+                    .collect();
+                if !own.is_empty() {
+                    let mut force = [0.0; 3];
+                    force[c] = 1.0;
+                    loads.push((self.add(e, &own), force));
+                }
+            }
+        }
+        loads
+    }
+}
+
+/// The distinct segments of all cables: those of friction run along their tendons.
+fn segments(cables: &Cables) -> Vec<Segment> {
+    let mut segments: Vec<Segment> = Vec::new();
+    for j in 0..cables.len() {
+        for p in cables.points_of(j).skip(1).map(|next| next - 1) {
+            match segments.iter_mut().find(|known| cables.is_same_segment(known.first, p)) {
+                Some(known) => known.cables.push(j),
+                None => segments.push(Segment { first: p, cables: vec![j] }),
+            }
+        }
+    }
+    segments
+}

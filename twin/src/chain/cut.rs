@@ -1,0 +1,220 @@
+//! Where a body is cut into sections: planes of nodes across its axis.
+//!
+//! A plane may cut where no element crosses it: meshes made layer by layer have such planes. Of them, those are taken that
+//! make sections nearest to [`LENGTH`] diameters.
+
+use hysteron_base::{BadInput, MaterialLaw};
+use hysteron_fem::FemModel;
+
+use crate::Result;
+
+/// Length of a section over the diameter of the body there [-]: the shorter, the better a cubic energy holds.
+const LENGTH: f64 = 0.4;
+/// Distance of nodes of the same plane, over the length of the body [-]: files round coordinates.
+const SAME_PLANE: f64 = 1e-6;
+
+/// Where a node of the body lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// Below the first interface: held still.
+    Held,
+    /// On this interface.
+    Interface(usize),
+    /// Within this section.
+    Section(usize),
+}
+
+/// The cut of a body.
+#[derive(Debug, Clone)]
+pub(crate) struct Cut {
+    /// Place of every node, model order.
+    pub places: Vec<Place>,
+    /// Section of every element that can deform; `None` below the first interface.
+    pub sections: Vec<Option<usize>>,
+    /// Number of sections; there is one interface more.
+    pub n_sections: usize,
+}
+
+impl Cut {
+    /// Cuts `body` across the coordinate axis along which it is longest, from its clamp on.
+    ///
+    /// # Errors
+    /// `BadInput` where fewer than two sections are found, where the clamp is not all that lies on one side of a plane, or
+    /// for a law without a potential.
+    pub fn new(body: &FemModel) -> Result<Self> {
+        if body.material.law == MaterialLaw::CorotationalEdges {
+            let found = "corotational_edges";
+            return Err(BadInput::new("material.law", "a law with an energy", found).hint("use corotational").into());
+        }
+        let range = |c: usize| {
+            let along = body.rest.iter().map(|node| node[c]);
+            (along.clone().fold(f64::MAX, f64::min), along.fold(f64::MIN, f64::max))
+        };
+        let ranges = [0, 1, 2].map(range);
+        let extent = ranges.map(|(low, high)| high - low);
+        let axis = (0..3).max_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap_or(2);
+        let middle = 0.5 * (ranges[axis].0 + ranges[axis].1);
+        let held: f64 = body.rest[body.n_free..].iter().map(|node| node[axis] - middle).sum();
+        // From the clamp up.
+        let sign = if held > 0.0 { -1.0 } else { 1.0 };
+        let heights: Vec<f64> = body.rest.iter().map(|node| sign * (node[axis] - middle)).collect();
+        let near = SAME_PLANE * extent[axis];
+        let planes = uncrossed_planes(body, &heights, near);
+        let chosen = choose(&planes, |height| diameter(body, axis, &heights, height, near), first_plane(body, &heights));
+        if chosen.len() < 3 {
+            let expected = "at least two layers of elements with plane faces across the body's longest axis";
+            return Err(BadInput::new("mesh", expected, format!("{} such planes", planes.len()))
+                .hint("use a mesh that is made layer by layer")
+                .into());
+        }
+        let places: Vec<Place> = heights.iter().map(|&height| place(&chosen, height, near)).collect();
+        check_clamp(body, &places)?;
+        let sections = (0..body.cells.len()).map(|e| {
+            let corners = body.cells.corners(e);
+            let center = corners.iter().map(|&node| heights[node as usize]).sum::<f64>() / 4.0;
+            chosen.partition_point(|&plane| plane < center).checked_sub(1)
+        });
+        let sections = sections.collect();
+        Ok(Self { places, sections, n_sections: chosen.len() - 1 })
+    }
+
+    /// True where a node belongs to a section or one of its interfaces.
+    pub fn touches(&self, node: u32, section: usize) -> bool {
+        match self.places[node as usize] {
+            Place::Held => false,
+            Place::Interface(i) => i == section || i == section + 1,
+            Place::Section(e) => e == section,
+        }
+    }
+
+    /// The section that a free node counts to where one has to be named: of an interface the one before it.
+    pub fn home(&self, node: u32) -> Option<usize> {
+        match self.places[node as usize] {
+            Place::Held => None,
+            Place::Interface(i) => i.checked_sub(1),
+            Place::Section(e) => Some(e),
+        }
+    }
+}
+
+/// Height of the highest clamped node.
+fn first_plane(body: &FemModel, heights: &[f64]) -> f64 {
+    heights[body.n_free..].iter().copied().fold(f64::MIN, f64::max)
+}
+
+/// Heights of corner nodes, ascending, that no element crosses.
+fn uncrossed_planes(body: &FemModel, heights: &[f64], near: f64) -> Vec<f64> {
+    let spans: Vec<(f64, f64)> = (0..body.cells.len())
+        .map(|e| {
+            let of = body.cells.corners(e).map(|node| heights[node as usize]);
+            (of.iter().copied().fold(f64::MAX, f64::min), of.iter().copied().fold(f64::MIN, f64::max))
+        })
+        .collect();
+    let mut levels: Vec<f64> = spans.iter().flat_map(|&(low, high)| [low, high]).collect();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup_by(|next, kept| *next - *kept < near);
+    // Elements that begin below and end above a level cross it.
+    let mut begins: Vec<f64> = spans.iter().map(|span| span.0 + near).collect();
+    let mut ends: Vec<f64> = spans.iter().map(|span| span.1 - near).collect();
+    begins.sort_by(f64::total_cmp);
+    ends.sort_by(f64::total_cmp);
+    levels.retain(|&level| {
+        begins.partition_point(|&begin| begin < level) == ends.partition_point(|&end| end <= level)
+    });
+    levels
+}
+
+/// Planes from `first` to the last, nearest to [`LENGTH`] diameters apart.
+fn choose(planes: &[f64], diameter: impl Fn(f64) -> f64, first: f64) -> Vec<f64> {
+    let Some(&last) = planes.last() else { return Vec::new() };
+    let mut chosen = Vec::new();
+    let nearest = |height: f64, beyond: f64| {
+        let open = planes.iter().copied().filter(|&plane| plane > beyond);
+        open.min_by(|a, b| (a - height).abs().total_cmp(&(b - height).abs()))
+    };
+    let mut next = nearest(first, f64::MIN);
+    while let Some(plane) = next {
+        chosen.push(plane);
+        next = nearest(plane + LENGTH * diameter(plane), plane);
+    }
+    // A rest of less than half a section joins the one before.
+    if let [.., before, short, end] = chosen[..]
+        && end == last
+        && end - short < 0.5 * (short - before)
+    {
+        chosen.remove(chosen.len() - 2);
+    }
+    chosen
+}
+
+/// Largest extent of the nodes of a plane [m].
+fn diameter(body: &FemModel, axis: usize, heights: &[f64], height: f64, near: f64) -> f64 {
+    let across = (0..3).filter(|&c| c != axis).map(|c| {
+        let on_plane = body.rest.iter().zip(heights).filter(|(_, h)| (**h - height).abs() < near);
+        let (low, high) =
+            on_plane.fold((f64::MAX, f64::MIN), |(low, high), (node, _)| (low.min(node[c]), high.max(node[c])));
+        high - low
+    });
+    across.fold(0.0, f64::max)
+}
+
+fn place(planes: &[f64], height: f64, near: f64) -> Place {
+    match planes.partition_point(|&plane| plane < height - near) {
+        0 if planes[0] > height + near => Place::Held,
+        i if i < planes.len() && planes[i] <= height + near => Place::Interface(i),
+        i => Place::Section(i.saturating_sub(1)),
+    }
+}
+
+/// The clamp must be all that lies up to the first interface.
+fn check_clamp(body: &FemModel, places: &[Place]) -> Result<()> {
+    let below = |place: &Place| matches!(place, Place::Held | Place::Interface(0));
+    let (free, clamped) = places.split_at(body.n_free);
+    if free.iter().any(below) || !clamped.iter().all(below) {
+        let expected = "all nodes up to a plane across the body's longest axis, and no others";
+        return Err(BadInput::new("clamp", expected, "another set of nodes").hint("clamp one end as a whole").into());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use hysteron_base::MaterialLaw;
+    use hysteron_fem::Order;
+
+    use super::*;
+    use crate::{Twin, scenes};
+
+    #[test]
+    fn sections_take_whole_elements_and_all_of_them() {
+        // 24 layers of 1.67 mm, 12 mm wide: three layers are 5 mm, 0.42 diameters.
+        let (scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Quadratic, 24);
+        let body = Twin::new(&scene, &mesh).expect("a good scene").body;
+        let cut = Cut::new(&body).expect("a cut");
+        assert_eq!(cut.n_sections, 8);
+        let mut counts = vec![0; cut.n_sections];
+        for (e, section) in cut.sections.iter().enumerate() {
+            let section = section.expect("nothing lies below the clamp");
+            assert!(body.cells.nodes(e).iter().all(|&node| cut.touches(node, section)), "{e}");
+            counts[section] += 1;
+        }
+        assert!(counts.iter().all(|&count| count == body.cells.len() / 8), "{counts:?}");
+        let on = |i: usize| cut.places.iter().filter(|place| **place == Place::Interface(i)).count();
+        assert!((1..=8).all(|i| on(i) == on(0)), "planes alike");
+        assert_eq!(on(0), body.n_nodes() - body.n_free);
+    }
+
+    #[test]
+    fn another_clamp_or_a_law_without_energy_is_refused() {
+        let (mut scene, mesh) = scenes::robot();
+        let height = 0.04 / 12.0;
+        scene.clamp = hysteron_base::Region::Box { min: [0.0, -1.0, -1.0], max: [1.0, 1.0, height] };
+        let twin = Twin::new(&scene, &mesh).expect("a good scene");
+        let error = Cut::new(&twin.body).expect_err("half a layer is clamped");
+        assert_eq!(error.bad_input().map(|bad| bad.place.as_str()), Some("clamp"));
+        let (scene, mesh) = scenes::robot_with(MaterialLaw::CorotationalEdges, Order::Linear, 12);
+        let twin = Twin::new(&scene, &mesh).expect("a good scene");
+        let error = Cut::new(&twin.body).expect_err("no energy");
+        assert_eq!(error.bad_input().map(|bad| bad.place.as_str()), Some("material.law"));
+    }
+}

@@ -1,0 +1,455 @@
+//! The exact tangent of a chain: the second variation of its potential along constant spins of the interfaces.
+//!
+//! Of a section the variations are written by z = (D, p, δw_a, δw_b, ω): D = R_eᵀ (δc_b - δc_a), p = δψ, ω the spin of its
+//! frame. With N̂, M̂ and τ̂ what the net stresses and moments of a section are, η = ψ/2, g and κ the functions of [`HalfAngle`],
+//! m = M̂ - ½ κ (N̂ × v + τ̂) × η and b = H⁻¹ m, differentiation of δv = D + v × ω, of H p = β - α and of
+//! ω = ½ (α + β) - ½ κ η × p with constant spins in space gives
+//!
+//! N̂·δ²v + τ̂·δω + M̂·δp = 2 N̂·(D × ω) + (N̂·ω)(v·ω) - (N̂·v)|ω|²
+//!     - ½ κ (N̂ × v + τ̂)·(ω × (η × p)) - ½ κ' (N̂ × v + τ̂)·(η × p)
+//!     - b·(ω × (H p)) - g' b·(η × (η × p)) - ½ g ((b·η) |p|² - (b·p)(p·η))
+//!
+//! with g' and κ' their changes along p. A force f at lever r, both in the section's frame, adds (f·r) |ω|² - (f·ω)(r·ω) and
+//! 2 ω·(f × (Ψ δε)); a cable segment of length ℓ and tension T adds T/ℓ (1 - t tᵀ) between the moves of its ends.
+//!
+//! [`HalfAngle`]: super::rotation::HalfAngle
+
+use nalgebra::{Matrix3, SMatrix, Vector3};
+
+use super::band::{Block, BlockSkyline, BlockVector};
+use super::balance::ChainBalance;
+use super::body::{Chain, Part};
+use super::section::{SectionPose, head, middle};
+use super::{BLOCK, POSE, STRAIN, Strain, WARPINGS};
+use crate::cable::direction;
+
+/// Numbers of z: a strain, in which D takes the place of δv, and a spin.
+const VARIATION: usize = STRAIN + 3;
+/// Rows of z that move with the poses of the interfaces, in the order D, p, ω.
+const BY_POSE: [usize; 9] = [0, 1, 2, 3, 4, 5, STRAIN, STRAIN + 1, STRAIN + 2];
+/// Unknowns of a section: both interfaces.
+const BOTH: usize = 2 * BLOCK;
+
+/// A quadratic form of z, or rows of a linear map of z, padded.
+type Variation = [f64; BOTH];
+const _: () = assert!(VARIATION <= BOTH);
+
+/// Rows of z by the poses: displacement and rotation of the first interface, then of the second.
+type PoseMap = SMatrix<f64, 9, 12>;
+
+/// The tangent's pattern, and what its assembly needs.
+#[derive(Debug, Clone)]
+pub(crate) struct TangentAssembly {
+    /// Of each section, D, p and ω by the poses of its interfaces.
+    maps: Vec<PoseMap>,
+    /// Of each part, its move by both interfaces of its section.
+    moves: Vec<[Variation; 3]>,
+    /// Move of a segment's end against its start, by free interfaces from its first on.
+    segment: Vec<[BlockVector; 3]>,
+}
+
+impl TangentAssembly {
+    pub fn new(chain: &Chain) -> Self {
+        let spans = chain.segments.iter().map(|segment| span(chain, segment.first)).map(|(low, high)| high - low + 1);
+        Self {
+            maps: vec![PoseMap::zeros(); chain.n_sections()],
+            moves: vec![[[0.0; BOTH]; 3]; chain.parts.len()],
+            segment: vec![[[0.0; BLOCK]; 3]; spans.max().unwrap_or(1)],
+        }
+    }
+
+    /// Zeros in the tangent's pattern.
+    pub fn pattern(chain: &Chain) -> BlockSkyline {
+        let mut first: Vec<usize> = (0..chain.n_sections()).map(|e| e.saturating_sub(1)).collect();
+        for segment in &chain.segments {
+            let (low, high) = span(chain, segment.first);
+            for column in low..=high.min(chain.n_sections()) {
+                if column > 0 {
+                    first[column - 1] = first[column - 1].min(low.saturating_sub(1));
+                }
+            }
+        }
+        BlockSkyline::zeros(chain.isa, first)
+    }
+
+    /// Writes the tangent at the configuration that `balance` has evaluated with these tensions.
+    pub fn assemble_into(
+        &mut self,
+        chain: &Chain,
+        balance: &ChainBalance,
+        tensions: &[f64],
+        tangent: &mut BlockSkyline,
+    ) {
+        tangent.clear();
+        for (map, pose) in self.maps.iter_mut().zip(&balance.poses) {
+            *map = pose_map(pose, chain.lever);
+        }
+        for (e, pose) in balance.poses.iter().enumerate() {
+            let law = chain.laws[e].tangent(chain.isa, &pose.strain);
+            let mut form = with_spin(&law, pose);
+            add_geometric(&mut form, pose, &balance.net[e].stress, &balance.net[e].moment);
+            for (p, part) in chain.parts.iter().enumerate().filter(|(_, part)| part.section == e) {
+                add_lever(&mut form, pose, part, &balance.levers[p], &balance.forces[p]);
+            }
+            add_section(e, &self.maps[e], &form, tangent);
+        }
+        for (p, part) in chain.parts.iter().enumerate() {
+            let pose = &balance.poses[part.section];
+            self.moves[p] = part_move(part, pose, &balance.levers[p], &self.maps[part.section]);
+        }
+        for segment in &chain.segments {
+            let tension: f64 = segment.cables.iter().map(|&j| tensions[j]).sum();
+            if tension != 0.0 {
+                self.add_segment(chain, balance, segment.first, tension, tangent);
+            }
+        }
+    }
+
+    /// Adds T/ℓ (1 - t tᵀ) between the two ends of a segment.
+    fn add_segment(
+        &mut self,
+        chain: &Chain,
+        balance: &ChainBalance,
+        first: usize,
+        tension: f64,
+        tangent: &mut BlockSkyline,
+    ) {
+        let (low, high) = span(chain, first);
+        let rows = &mut self.segment[..=high - low];
+        rows.fill([[0.0; BLOCK]; 3]);
+        for (point, sign) in [(first, -1.0), (first + 1, 1.0)] {
+            for &(part, weight) in chain.cables.carriers(point) {
+                let (e, moves) = (chain.parts[part as usize].section, &self.moves[part as usize]);
+                for c in 0..3 {
+                    for k in 0..BLOCK {
+                        rows[e - low][c][k] += sign * weight * moves[c][k];
+                        rows[e + 1 - low][c][k] += sign * weight * moves[c][BLOCK + k];
+                    }
+                }
+            }
+        }
+        let (t, length) = direction(&balance.shape.positions[first], &balance.shape.positions[first + 1]);
+        let across: [[f64; 3]; 3] = std::array::from_fn(|a| {
+            std::array::from_fn(|b| tension / length * (f64::from(u8::from(a == b)) - t[a] * t[b]))
+        });
+        // Interface 0 is clamped.
+        for column in low.max(1)..=high {
+            let pulled: [BlockVector; 3] = std::array::from_fn(|a| {
+                std::array::from_fn(|k| (0..3).map(|b| across[a][b] * rows[column - low][b][k]).sum())
+            });
+            for row in low.max(1)..=column {
+                let block = tangent.block(row - 1, column - 1);
+                for c in 0..3 {
+                    for (line, factor) in block.iter_mut().zip(&rows[row - low][c]) {
+                        for k in 0..BLOCK {
+                            line[k] += factor * pulled[c][k];
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// First and last interface that carry the segment from point `first` on; the same where nothing carries it.
+fn span(chain: &Chain, first: usize) -> (usize, usize) {
+    let carriers = [first, first + 1].into_iter().flat_map(|point| chain.cables.carriers(point));
+    let sections = carriers.map(|(part, _)| chain.parts[*part as usize].section);
+    let (low, high) = sections.fold((usize::MAX, 0), |(low, high), e| (low.min(e), high.max(e + 1)));
+    if low > high { (0, 0) } else { (low, high) }
+}
+
+fn pose_map(pose: &SectionPose, lever: f64) -> PoseMap {
+    let back = pose.rotation.transpose();
+    let turned = pose.spread_inverse * back / lever;
+    let skewed = 0.5 * pose.coefficients.kappa * pose.half.cross_matrix() * turned;
+    let half = 0.5 / lever * back;
+    let mut map = PoseMap::zeros();
+    let mut set = |row: usize, column: usize, part: Matrix3<f64>| {
+        map.fixed_view_mut::<3, 3>(row, column).copy_from(&part);
+    };
+    set(0, 0, -back);
+    set(0, 6, back);
+    set(3, 3, -turned);
+    set(3, 9, turned);
+    set(6, 3, half + skewed);
+    set(6, 9, half - skewed);
+    map
+}
+
+/// The quadratic form of the strain by z: δv = D + v × ω.
+fn with_spin(law: &[Strain; STRAIN], pose: &SectionPose) -> [Variation; VARIATION] {
+    let mut form = [[0.0; BOTH]; VARIATION];
+    let turn = pose.chord.cross_matrix();
+    for i in 0..STRAIN {
+        form[i] = law[i];
+        for c in 0..3 {
+            form[i][STRAIN + c] = (0..3).map(|k| law[i][k] * turn[(k, c)]).sum();
+        }
+    }
+    for c in 0..3 {
+        for j in 0..VARIATION {
+            form[STRAIN + c][j] = (0..3).map(|k| turn[(k, c)] * form[k][j]).sum();
+        }
+    }
+    form
+}
+
+/// Adds a block at (row, column), and its transpose across where it is off the diagonal; on it the block is made symmetric.
+fn add_block(form: &mut [Variation; VARIATION], row: usize, column: usize, block: &Matrix3<f64>) {
+    for i in 0..3 {
+        for j in 0..3 {
+            form[row + i][column + j] += 0.5 * block[(i, j)];
+            form[column + j][row + i] += 0.5 * block[(i, j)];
+        }
+    }
+}
+
+/// Adds the terms of the module's documentation that N̂, M̂ and τ̂ make.
+fn add_geometric(form: &mut [Variation; VARIATION], pose: &SectionPose, stress: &Strain, moment: &Vector3<f64>) {
+    let (n, v, eta) = (head(stress), pose.chord, pose.half);
+    let coefficients = pose.coefficients;
+    let couple = n.cross(&v) + moment;
+    let b = pose.spread_inverse * (middle(stress) - 0.5 * coefficients.kappa * couple.cross(&eta));
+    let eta_cross = eta.cross_matrix();
+    let (d, p, spin) = (0, 3, STRAIN);
+    // x·(a × b) with x fixed is aᵀ [b × x], a bilinear form with the matrix -[x]× between a and b.
+    add_block(form, d, spin, &(-2.0 * n.cross_matrix()));
+    add_block(form, spin, spin, &(n * v.transpose() - Matrix3::from_diagonal_element(n.dot(&v))));
+    let of_spin = 0.5 * coefficients.kappa * couple.cross_matrix() * eta_cross + b.cross_matrix() * pose.spread();
+    add_block(form, spin, p, &of_spin);
+    // κ' = ½ κ_slope (η·p), and the same of g.
+    let twisted = couple.cross(&eta);
+    let bent = eta.cross(&eta.cross(&b));
+    let of_curvature = -0.25 * coefficients.kappa_slope * eta * twisted.transpose()
+        - 0.5 * coefficients.g_slope * eta * bent.transpose()
+        - 0.5 * coefficients.g * (Matrix3::from_diagonal_element(b.dot(&eta)) - b * eta.transpose());
+    add_block(form, p, p, &of_curvature);
+}
+
+/// Adds the terms of a force at a part's lever.
+fn add_lever(
+    form: &mut [Variation; VARIATION],
+    pose: &SectionPose,
+    part: &Part,
+    lever: &Vector3<f64>,
+    force: &[f64; 4],
+) {
+    let force = Vector3::new(force[0], force[1], force[2]);
+    if force == Vector3::zeros() {
+        return;
+    }
+    let f = pose.rotation.tr_mul(&force);
+    let outer = Matrix3::from_diagonal_element(f.dot(lever)) - f * lever.transpose();
+    add_block(form, STRAIN, STRAIN, &outer);
+    // 2 ω·([f]× Ψ δε), and δε has v × ω in it.
+    let cross = f.cross_matrix();
+    let mut of_spin = Matrix3::zeros();
+    for i in 0..3 {
+        for k in 0..STRAIN {
+            let entry: f64 = (0..3).map(|c| cross[(i, c)] * part.shape[c][k]).sum();
+            form[STRAIN + i][k] += entry;
+            form[k][STRAIN + i] += entry;
+            if k < 3 {
+                of_spin[(i, k)] = entry;
+            }
+        }
+    }
+    add_block(form, STRAIN, STRAIN, &(2.0 * of_spin * pose.chord.cross_matrix()));
+}
+
+/// Adds a section's form to the blocks of its interfaces.
+fn add_section(e: usize, map: &PoseMap, form: &[Variation; VARIATION], tangent: &mut BlockSkyline) {
+    // Form times the map: every row of z by the poses.
+    let mut by_pose = [[0.0; 12]; VARIATION];
+    for (line, form) in by_pose.iter_mut().zip(form) {
+        for (r, &row) in BY_POSE.iter().enumerate() {
+            for k in 0..12 {
+                line[k] += form[row] * map[(r, k)];
+            }
+        }
+    }
+    let mut poses = [[0.0; 12]; 12];
+    for (r, &row) in BY_POSE.iter().enumerate() {
+        for i in 0..12 {
+            for k in 0..12 {
+                poses[i][k] += map[(r, i)] * by_pose[row][k];
+            }
+        }
+    }
+    // Unknown k of interface `side`: a pose or a warping.
+    let entry = |side: usize, k: usize, other: usize, l: usize| {
+        let warping = |side: usize, k: usize| POSE + WARPINGS * side + k - POSE;
+        match (k < POSE, l < POSE) {
+            (true, true) => poses[POSE * side + k][POSE * other + l],
+            (true, false) => by_pose[warping(other, l)][POSE * side + k],
+            (false, true) => by_pose[warping(side, k)][POSE * other + l],
+            (false, false) => form[warping(side, k)][warping(other, l)],
+        }
+    };
+    let add = |block: &mut Block, side: usize, other: usize| {
+        for (k, line) in block.iter_mut().enumerate() {
+            for (l, number) in line.iter_mut().enumerate() {
+                *number += entry(side, k, other, l);
+            }
+        }
+    };
+    add(tangent.block(e, e), 1, 1);
+    if e > 0 {
+        add(tangent.block(e - 1, e - 1), 0, 0);
+        add(tangent.block(e - 1, e), 0, 1);
+    }
+}
+
+/// Move of a part in space by the unknowns of both interfaces: ½ share (δc_a + δc_b) + R_e (ω × r + Ψ δε).
+fn part_move(part: &Part, pose: &SectionPose, lever: &Vector3<f64>, map: &PoseMap) -> [Variation; 3] {
+    let shape = |first: usize| Matrix3::from_fn(|c, k| part.shape[c][first + k]);
+    let by_chord = pose.rotation * shape(0);
+    let by_spin = by_chord * pose.chord.cross_matrix() - pose.rotation * lever.cross_matrix();
+    let mut rows = SMatrix::<f64, 3, 9>::zeros();
+    rows.fixed_view_mut::<3, 3>(0, 0).copy_from(&by_chord);
+    rows.fixed_view_mut::<3, 3>(0, 3).copy_from(&(pose.rotation * shape(3)));
+    rows.fixed_view_mut::<3, 3>(0, 6).copy_from(&by_spin);
+    let by_pose = rows * map;
+    let mut moves = [[0.0; BOTH]; 3];
+    for c in 0..3 {
+        for side in 0..2 {
+            let own = &mut moves[c][BLOCK * side..][..BLOCK];
+            for k in 0..POSE {
+                own[k] = by_pose[(c, POSE * side + k)];
+            }
+            own[c] += 0.5 * part.share;
+            for k in 0..WARPINGS {
+                let first = POSE + WARPINGS * side + k;
+                own[POSE + k] = (0..3).map(|i| pose.rotation[(c, i)] * part.shape[i][first]).sum();
+            }
+        }
+    }
+    moves
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::RngExt;
+
+    use super::super::tests::{Moved, moved_chain};
+    use super::*;
+    use crate::chain::Interface;
+    use crate::equilibrium_residual::StepTargets;
+    use crate::{Target, Twin};
+
+    /// Evaluates the chain after a change of the unknowns, along constant spins.
+    fn at(twin: &Twin, moved: &Moved, factor: f64, change: &[BlockVector]) -> ChainBalance {
+        let Moved { chain, interfaces, tensions } = moved;
+        let mut interfaces = interfaces.clone();
+        chain.apply(factor, change, &mut interfaces);
+        let control = StepTargets::new(twin, &vec![Target::Free; twin.tendons.len()]);
+        let mut balance = ChainBalance::new(chain);
+        balance.evaluate(chain, &control, &interfaces, tensions);
+        balance
+    }
+
+    fn random(n: usize, seed: u64, size: f64) -> Vec<BlockVector> {
+        let mut rng = hysteron_base::rng(seed, "chain/change");
+        (0..n).map(|_| std::array::from_fn(|_| size * rng.random_range(-1.0..1.0))).collect()
+    }
+
+    fn product(a: &[BlockVector], b: &[BlockVector]) -> f64 {
+        a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a * b).sum()
+    }
+
+    #[test]
+    fn residual_and_rows_are_derivatives_of_potential_and_strokes() {
+        let (twin, moved) = moved_chain();
+        let Moved { chain, tensions, .. } = &moved;
+        for seed in 1..=4 {
+            let change = random(chain.n_sections(), seed, 1e-3);
+            // Steps of a micrometre of millimetres: truncation 1e-6, round-off 1e-16 over 1e-3.
+            let h = 1e-3;
+            let (ahead, behind) = (at(&twin, &moved, h, &change), at(&twin, &moved, -h, &change));
+            let mut here = at(&twin, &moved, 0.0, &change);
+            let slope = product(&here.residual, &change);
+            let difference =
+                (ahead.potential(chain, 1.0, tensions) - behind.potential(chain, 1.0, tensions)) / (2.0 * h);
+            assert!((slope - difference).abs() < 1e-6 * slope.abs(), "{slope} and {difference}");
+            assert!(slope != difference && slope.abs() > 1e-5);
+            let mut row = vec![[0.0; BLOCK]; chain.n_sections()];
+            for j in 0..tensions.len() {
+                here.row_into(chain, j, &mut row);
+                let slope = product(&row, &change);
+                let difference = (ahead.shape.strokes[j] - behind.shape.strokes[j]) / (2.0 * h);
+                assert!((slope - difference).abs() < 1e-6 * slope.abs(), "{j}: {slope} and {difference}");
+            }
+        }
+    }
+
+    #[test]
+    fn tangent_is_second_derivative_of_potential() {
+        let (twin, moved) = moved_chain();
+        let Moved { chain, tensions, .. } = &moved;
+        let n = chain.n_sections();
+        let here = at(&twin, &moved, 0.0, &random(n, 1, 0.0));
+        let mut tangent = TangentAssembly::pattern(chain);
+        TangentAssembly::new(chain).assemble_into(chain, &here, tensions, &mut tangent);
+        for seed in 1..=6 {
+            let change = random(n, seed, 1e-3);
+            let mut curvature = 0.0;
+            for column in 0..n {
+                for row in tangent.rows_of(column) {
+                    let block = tangent.block(row, column);
+                    let twice = if row == column { 1.0 } else { 2.0 };
+                    for s in 0..BLOCK {
+                        for t in 0..BLOCK {
+                            curvature += twice * change[row][s] * block[s][t] * change[column][t];
+                        }
+                    }
+                }
+            }
+            // Along constant spins the residual's product with the change is the potential's slope.
+            let h = 1e-3;
+            let slope = |factor: f64| product(&at(&twin, &moved, factor, &change).residual, &change);
+            let difference = (slope(h) - slope(-h)) / (2.0 * h);
+            assert!((curvature - difference).abs() < 1e-6 * difference.abs(), "{curvature} and {difference}");
+            assert!(curvature != difference && curvature.abs() > 1e-5);
+        }
+    }
+
+    #[test]
+    fn diagonal_blocks_are_symmetric() {
+        let (twin, moved) = moved_chain();
+        let chain = &moved.chain;
+        let here = at(&twin, &moved, 0.0, &random(chain.n_sections(), 1, 0.0));
+        let mut tangent = TangentAssembly::pattern(chain);
+        TangentAssembly::new(chain).assemble_into(chain, &here, &moved.tensions, &mut tangent);
+        for i in 0..chain.n_sections() {
+            let block = *tangent.block(i, i);
+            let largest = block.as_flattened().iter().fold(0.0f64, |max, b| max.max(b.abs()));
+            for s in 0..BLOCK {
+                for t in 0..s {
+                    assert!((block[s][t] - block[t][s]).abs() < 1e-13 * largest, "{i} {s} {t}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rigid_motion_of_all_interfaces_changes_no_energy_and_turns_the_residual() {
+        let (_, moved) = moved_chain();
+        let chain = &moved.chain;
+        let turn = super::super::rotation::exp(&Vector3::new(0.7, -1.1, 1.9));
+        let shift = Vector3::new(0.3, -0.2, 0.5);
+        let rigid = |interface: &Interface| Interface {
+            center: turn * interface.center + shift,
+            rotation: turn * interface.rotation,
+            ..*interface
+        };
+        for (pair, law) in moved.interfaces.windows(2).zip(&chain.laws) {
+            let strain = |a: &Interface, b: &Interface| SectionPose::new(a, b, &law.rest).strain;
+            let (before, after) = (strain(&pair[0], &pair[1]), strain(&rigid(&pair[0]), &rigid(&pair[1])));
+            let ((stress, energy), (other, same)) = (law.stress(chain.isa, &before), law.stress(chain.isa, &after));
+            assert!((energy - same).abs() < 1e-12 * energy, "{energy} and {same}");
+            let size = stress.iter().fold(0.0f64, |max, s| max.max(s.abs()));
+            assert!(stress.iter().zip(&other).all(|(a, b)| (a - b).abs() < 1e-12 * size));
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! What several tests share, and tests of the whole chain against the finite elements.
+
+use hysteron_base::MaterialLaw;
+use hysteron_fem::Order;
+use rand::RngExt;
+
+use super::band::BlockVector;
+use super::balance::ChainBalance;
+use super::cut::Cut;
+use super::tangent::TangentAssembly;
+use super::warping::{interfaces, rest, responses};
+use super::{BLOCK, Chain, ChainStepper, Interface};
+use crate::equilibrium_residual::StepTargets;
+use crate::{Stepper, Target, Twin, scenes};
+
+/// A chain away from rest.
+pub(super) struct Moved {
+    pub chain: Chain,
+    pub interfaces: Vec<Interface>,
+    /// Tension of each cable [N].
+    pub tensions: Vec<f64>,
+}
+
+/// A chain with tendons, friction points, a constant load and curved interfaces: turns of a tenth of a radian from section to
+/// section, and a tenth of a millimetre of everything else.
+pub(super) fn moved_chain() -> (Twin, Moved) {
+    let (mut scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
+    scene.gravity = [3.0, -5.0, 9.0];
+    scenes::roughen(&mut scene, 1e-4);
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let chain = Chain::new(&twin).expect("a chain");
+    let mut rng = hysteron_base::rng(1, "chain/moved");
+    let mut interfaces = chain.rest.clone();
+    for i in 1..interfaces.len() {
+        let change: Vec<BlockVector> = (1..interfaces.len())
+            .map(|k| {
+                let mut change = [0.0; BLOCK];
+                if k >= i {
+                    change[..6].fill_with(|| 1e-4 * rng.random_range(-1.0..1.0));
+                    let turn: [f64; 3] = [0.08, -0.05, 0.03];
+                    for c in 0..3 {
+                        change[3 + c] += chain.lever * turn[c];
+                    }
+                }
+                if k == i {
+                    change[6..].fill_with(|| 1e-4 * rng.random_range(-1.0..1.0));
+                }
+                change
+            })
+            .collect();
+        chain.apply(1.0, &change, &mut interfaces);
+    }
+    let tensions = (0..twin.cables.len()).map(|_| rng.random_range(0.0..2.0)).collect();
+    (twin, Moved { chain, interfaces, tensions })
+}
+
+#[test]
+fn small_deflections_are_those_of_the_finite_elements_where_the_warpings_span_them() {
+    // Nine unit loads have nine responses: all of them are in the basis of ten warpings, so only round-off is left.
+    let mesh = scenes::tube(0.04, 0.006, 0.0025, 24, Order::Quadratic);
+    let mut scene = scenes::scene("beam", MaterialLaw::SmallStrain);
+    // So little that geometric terms, weight over E A, are 1e-11.
+    scene.gravity = [1e-6, -2e-6, 3e-6];
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let chain = Chain::new(&twin).expect("a chain");
+    let load: Vec<f64> = twin.loads[..twin.body.n_free].iter().flat_map(|force| force[..3].to_vec()).collect();
+    let exact = &responses(&twin.body, vec![load]).expect("a factor")[0];
+    let mut balance = ChainBalance::new(&chain);
+    balance.evaluate(&chain, &StepTargets::new(&twin, &[]), &chain.rest, &[]);
+    let mut tangent = TangentAssembly::pattern(&chain);
+    TangentAssembly::new(&chain).assemble_into(&chain, &balance, &[], &mut tangent);
+    assert_eq!(tangent.factorize(), Some(0));
+    let mut change = balance.residual.clone();
+    tangent.solve(&mut change);
+    let interfaces = interfaces(&twin, &Cut::new(&twin.body).expect("a cut")).expect("responses");
+    let largest = exact.iter().fold(0.0f64, |max, u| max.max(u.abs()));
+    assert!(largest > 1e-12);
+    for (interface, change) in interfaces[1..].iter().zip(&change) {
+        for (node, warpings) in interface.nodes.iter().zip(&interface.warpings) {
+            let arm = rest(&twin.body, *node) - interface.center;
+            let turn = nalgebra::Vector3::new(change[3], change[4], change[5]) / chain.lever;
+            let rigid = nalgebra::Vector3::new(change[0], change[1], change[2]) + turn.cross(&arm);
+            let moved = warpings.iter().zip(&change[6..]).fold(rigid, |sum, (warping, w)| sum + *w * warping);
+            for c in 0..3 {
+                // The chain moves against its residual.
+                let error = (moved[c] + exact[3 * *node as usize + c]).abs();
+                assert!(error < 1e-9 * largest, "node {node}: {error} of {largest}");
+            }
+        }
+    }
+}
+
+#[test]
+fn pulled_chain_follows_its_finite_elements() {
+    let (scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let chain = Chain::new(&twin).expect("a chain");
+    let (mut fine, mut coarse) = (Stepper::new(&twin), ChainStepper::new(&twin, &chain));
+    for k in 1..=10 {
+        let part = 2e-4 * f64::from(k);
+        let targets = [part, 0.3 * part, -part, -0.3 * part].map(Target::Stroke);
+        fine.step(&twin, &targets).expect("an equilibrium");
+        let report = coarse.step(&twin, &chain, &targets).expect("an equilibrium of the chain");
+        let (tip, moved) = (twin.tip_of(fine.state()), chain.tip_of(coarse.state()));
+        let rest = twin.tip_of(&twin.rest());
+        let apart = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
+        println!(
+            "{k} {:.3e} of {:.3e}, {:?} {:?} {report:?}",
+            apart(tip, moved),
+            apart(tip, rest),
+            fine.state().tensions,
+            coarse.state().tensions
+        );
+    }
+}
