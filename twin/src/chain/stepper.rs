@@ -30,6 +30,8 @@ const DIVERGED: f64 = 1e3;
 const MIN_STEP_LENGTH: f64 = 1.0 / 1024.0;
 /// Iterations of Newton's method on a part of a step.
 const MAX_NEWTON: usize = 12;
+/// Residual over the applied forces from which it is given up.
+const NEWTON_DIVERGED: f64 = 1e8;
 /// Cost of a new factor, in iterations [-].
 const REFACTORISATION_COST: f64 = 6.0;
 /// Turn of an interface since the charts' origin at which a new origin is taken [rad].
@@ -409,16 +411,14 @@ impl ChainStepper {
             let (lower, upper) = (self.control.lower[j], self.control.upper[j]);
             self.state.tensions[j] = self.state.tensions[j].clamp(lower, upper);
         }
-        let mut best = f64::INFINITY;
         for _ in 0..MAX_NEWTON {
             self.evaluate(chain);
-            if !self.balance.is_finite() || self.balance.relative > 1e8 * best {
+            if !self.balance.is_finite() || self.balance.relative > NEWTON_DIVERGED {
                 return Err(Cause::Diverged);
             }
             if self.is_balanced(chain) {
                 return Ok(());
             }
-            best = best.min(self.balance.relative);
             report.newton_iterations += 1;
             self.refactorise(chain, report)?;
             self.correct(chain, report)?;

@@ -364,8 +364,8 @@ mod tests {
         let Moved { chain, tensions, .. } = &moved;
         for seed in 1..=4 {
             let change = random(chain.n_sections(), seed, 1e-3);
-            // Steps of a micrometre of millimetres: truncation 1e-6, round-off 1e-16 over 1e-3.
-            let h = 1e-3;
+            // Parts of a change of some millimetres and tenths of a radian: truncation 1e-8, round-off 1e-16 over the step.
+            let h = 1e-4;
             let (ahead, behind) = (at(&twin, &moved, h, &change), at(&twin, &moved, -h, &change));
             let mut here = at(&twin, &moved, 0.0, &change);
             let slope = product(&here.residual, &change);
