@@ -1,31 +1,37 @@
 //! Energy of a chain, and the residual of its equilibrium.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::band::BlockVector;
-use super::body::Chain;
+use super::body::{Chain, Site};
 use super::section::{Interface, SectionPose};
 use super::{BLOCK, PADDED, Strain};
 use crate::cable::CableShape;
 use crate::equilibrium_residual::{StepTargets, compare_strokes};
 
-/// What pulls at a section: the generalised force of its strain, a force, and a moment about its centre in its frame.
+/// What pulls at a section: the generalised force of its strain, a force, and a moment about its centre in its frame; and a
+/// force on its end interface with a moment about that one's centre, both in space.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SectionPull {
     pub stress: Strain,
     pub force: Vector3<f64>,
     pub moment: Vector3<f64>,
+    pub end_force: Vector3<f64>,
+    pub end_moment: Vector3<f64>,
 }
 
+const ZERO: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0);
 const NO_PULL: SectionPull =
-    SectionPull { stress: [0.0; PADDED], force: Vector3::new(0.0, 0.0, 0.0), moment: Vector3::new(0.0, 0.0, 0.0) };
+    SectionPull { stress: [0.0; PADDED], force: ZERO, moment: ZERO, end_force: ZERO, end_moment: ZERO };
 
 /// Positions, forces and strokes of some configuration; scratch.
 #[derive(Debug, Clone)]
 pub(crate) struct ChainBalance {
     pub poses: Vec<SectionPose>,
-    /// R_eᵀ times what a part has beyond its share of the section's centre [m].
+    /// What each part has beyond its share of its frame's centre, in that frame [m].
     pub levers: Vec<Vector3<f64>>,
+    /// Rotation of the frame of each section's end.
+    pub ends: Vec<Matrix3<f64>>,
     /// Position of each part [m], padded.
     pub positions: Vec<[f64; 4]>,
     /// Force of cables and loads on each part [N], padded.
@@ -54,6 +60,7 @@ impl ChainBalance {
         Self {
             poses: poses.map(|(pair, law)| SectionPose::new(&pair[0], &pair[1], &law.rest)).collect(),
             levers: vec![Vector3::zeros(); parts],
+            ends: vec![Matrix3::identity(); n],
             positions: vec![[0.0; 4]; parts],
             forces: vec![[0.0; 4]; parts],
             shape: chain.cables.shape(),
@@ -73,10 +80,17 @@ impl ChainBalance {
         for ((pose, pair), law) in self.poses.iter_mut().zip(interfaces.windows(2)).zip(&chain.laws) {
             *pose = SectionPose::new(&pair[0], &pair[1], &law.rest);
         }
+        for (end, interface) in self.ends.iter_mut().zip(&interfaces[1..]) {
+            *end = interface.rotation;
+        }
         for ((part, lever), position) in chain.parts.iter().zip(&mut self.levers).zip(&mut self.positions) {
-            let pose = &self.poses[part.section];
+            let pose = &self.poses[part.site.section()];
             *lever = part.arm + deformed(&part.shape, &pose.strain);
-            let at = part.share * pose.center + pose.rotation * *lever;
+            let (center, rotation) = match part.site {
+                Site::Within(_) => (pose.center, pose.rotation),
+                Site::End(e) => (interfaces[e + 1].center, interfaces[e + 1].rotation),
+            };
+            let at = part.share * center + rotation * *lever;
             *position = [at[0], at[1], at[2], 0.0];
         }
         chain.cables.measure(&self.positions, &mut self.shape);
@@ -103,6 +117,8 @@ impl ChainBalance {
             self.energy += energy;
             net.force = -pull.force;
             net.moment = -pull.moment;
+            net.end_force = -pull.end_force;
+            net.end_moment = -pull.end_moment;
             for k in 0..PADDED {
                 net.stress[k] = stress[k] - pull.stress[k];
             }
@@ -122,10 +138,21 @@ impl ChainBalance {
             if force == Vector3::zeros() {
                 continue;
             }
-            let pull = &mut self.pulls[part.section];
-            let local = self.poses[part.section].rotation.tr_mul(&force);
-            pull.force += part.share * force;
-            pull.moment += lever.cross(&local);
+            let e = part.site.section();
+            let pull = &mut self.pulls[e];
+            let local = match part.site {
+                Site::Within(_) => {
+                    let local = self.poses[e].rotation.tr_mul(&force);
+                    pull.force += part.share * force;
+                    pull.moment += lever.cross(&local);
+                    local
+                }
+                Site::End(_) => {
+                    pull.end_force += part.share * force;
+                    pull.end_moment += (self.ends[e] * lever).cross(&force);
+                    self.ends[e].tr_mul(&force)
+                }
+            };
             for c in 0..3 {
                 for (stress, shape) in pull.stress.iter_mut().zip(&part.shape[c]) {
                     *stress += local[c] * shape;
@@ -187,6 +214,10 @@ fn spread(poses: &[SectionPose], pulls: &[SectionPull], lever: f64, out: &mut [B
     for (e, (pose, pull)) in poses.iter().zip(pulls).enumerate() {
         let (before, from) = out.split_at_mut(e);
         pose.add_work(&pull.stress, &pull.force, &pull.moment, before.last_mut(), &mut from[0]);
+        for c in 0..3 {
+            from[0][c] += pull.end_force[c];
+            from[0][3 + c] += pull.end_moment[c];
+        }
     }
     for block in out {
         for c in 3..6 {

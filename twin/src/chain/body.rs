@@ -17,13 +17,41 @@ use crate::cable::Cables;
 use crate::equilibrium_residual::least_stress;
 use crate::model::{Accuracy, Twin};
 
-/// A weighted sum of nodes of one section: `share` c_e + R_e (`arm` + Ψ ε). What pulls at the body pulls at parts.
+/// What a part moves with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Site {
+    /// With the frame of a section's end interface, that of the section's number: its warping is the last part of the section's
+    /// strain.
+    End(usize),
+    /// With the frame of a section.
+    Within(usize),
+}
+
+impl Site {
+    /// The section.
+    pub fn section(self) -> usize {
+        match self {
+            Self::End(e) | Self::Within(e) => e,
+        }
+    }
+
+    /// First interface that moves it, counted from the clamp.
+    pub fn first(self) -> usize {
+        match self {
+            Self::End(e) => e + 1,
+            Self::Within(e) => e,
+        }
+    }
+}
+
+/// A weighted sum of nodes of one interface, or of one section without them: `share` c + R (`arm` + Ψ ε) in the frame of its
+/// site. What pulls at the body pulls at parts.
 #[derive(Debug, Clone)]
 pub(crate) struct Part {
-    pub section: usize,
+    pub site: Site,
     /// Sum of the weights [-].
     pub share: f64,
-    /// Weighted sum of the arms from the section's centre at rest [m].
+    /// Weighted sum of the arms from the frame's centre at rest [m].
     pub arm: Vector3<f64>,
     /// Ψ by rows.
     pub shape: [Strain; 3],
@@ -179,44 +207,38 @@ impl Chain {
 }
 
 impl Parts<'_> {
-    /// The sum of nodes with weights: one part where one section has them all.
+    /// The sum of nodes with weights.
     fn sum(&mut self, carriers: &[(u32, f64)]) -> PartSum {
         let mut sum = PartSum::default();
-        let free: Vec<(u32, f64)> =
-            carriers.iter().copied().filter(|(node, _)| (*node as usize) < self.body.n_free).collect();
-        for &(node, weight) in carriers.iter().filter(|(node, _)| (*node as usize) >= self.body.n_free) {
-            sum.offset += weight * rest(self.body, node);
-        }
-        if free.is_empty() {
-            return sum;
-        }
-        let whole =
-            (0..self.sections.len()).find(|&e| free.iter().all(|&(node, _)| self.cut.touches(node, e)));
-        if let Some(e) = whole {
-            sum.parts.push((self.add(e, &free), 1.0));
-            return sum;
-        }
-        for e in 0..self.sections.len() {
-            let own: Vec<(u32, f64)> =
-                free.iter().copied().filter(|(node, _)| self.cut.home(*node) == Some(e)).collect();
-            if !own.is_empty() {
-                sum.parts.push((self.add(e, &own), 1.0));
+        let mut groups: Vec<(Site, Vec<(u32, f64)>)> = Vec::new();
+        for &(node, weight) in carriers {
+            match self.cut.site(node) {
+                None => sum.offset += weight * rest(self.body, node),
+                Some(site) => match groups.iter_mut().find(|(known, _)| *known == site) {
+                    Some((_, group)) => group.push((node, weight)),
+                    None => groups.push((site, vec![(node, weight)])),
+                },
             }
         }
+        sum.parts = groups.iter().map(|(site, group)| (self.add(*site, group), 1.0)).collect();
         sum
     }
 
-    /// One part of section `e`; its number.
-    fn add(&mut self, e: usize, carriers: &[(u32, f64)]) -> u32 {
-        let section = &self.sections[e];
-        let mut part = Part { section: e, share: 0.0, arm: Vector3::zeros(), shape: [[0.0; PADDED]; 3] };
+    /// One part; its number.
+    fn add(&mut self, site: Site, carriers: &[(u32, f64)]) -> u32 {
+        let section = &self.sections[site.section()];
+        let (center, rigid) = match site {
+            Site::End(_) => (section.end, POSE + WARPINGS),
+            Site::Within(_) => (section.center, 0),
+        };
+        let mut part = Part { site, share: 0.0, arm: Vector3::zeros(), shape: [[0.0; PADDED]; 3] };
         for &(node, weight) in carriers {
             // Nodes of a section are few: a linear search.
             let Some(i) = section.nodes.iter().position(|&own| own == node) else { continue };
             part.share += weight;
-            part.arm += weight * (rest(self.body, node) - section.center);
+            part.arm += weight * (rest(self.body, node) - center);
             for c in 0..3 {
-                for (sum, shape) in part.shape[c].iter_mut().zip(&section.shapes[i][c]) {
+                for (sum, shape) in part.shape[c].iter_mut().zip(&section.shapes[i][c]).skip(rigid) {
                     *sum += weight * shape;
                 }
             }
@@ -228,16 +250,17 @@ impl Parts<'_> {
     /// Constant nodal forces [N] as forces of one newton on parts, one per section and axis.
     fn loads(&mut self, nodal: &[[f64; 4]]) -> Vec<(u32, [f64; 3])> {
         let mut loads = Vec::new();
-        for e in 0..self.sections.len() {
+        let sites = (0..self.sections.len()).flat_map(|e| [Site::Within(e), Site::End(e)]);
+        for site in sites {
             for c in 0..3 {
                 let own: Vec<(u32, f64)> = (0..self.body.n_free as u32)
-                    .filter(|&node| nodal[node as usize][c] != 0.0 && self.cut.home(node) == Some(e))
+                    .filter(|&node| nodal[node as usize][c] != 0.0 && self.cut.site(node) == Some(site))
                     .map(|node| (node, nodal[node as usize][c]))
                     .collect();
                 if !own.is_empty() {
                     let mut force = [0.0; 3];
                     force[c] = 1.0;
-                    loads.push((self.add(e, &own), force));
+                    loads.push((self.add(site, &own), force));
                 }
             }
         }

@@ -28,13 +28,14 @@ pub(crate) struct Condensed {
     pub nodes: Vec<u32>,
     /// Ψ of each node by rows: displacement in the section's frame per strain.
     pub shapes: Vec<[Strain; 3]>,
-    /// Rest position of its own frame [m].
+    /// Rest position of its own frame, and of its end interface's [m].
     pub center: Vector3<f64>,
+    pub end: Vector3<f64>,
     /// Largest difference between entries of A that should be equal, over its largest entry, in units of the amplitudes [-].
     pub asymmetry: f64,
 }
 
-/// Where a node of a section lies, and its arm from the interface's centre or the section's own.
+/// Where a node of a section lies.
 #[derive(Debug, Clone, Copy)]
 enum Side {
     /// On the first interface: number there.
@@ -81,6 +82,7 @@ pub(crate) fn condense(
         nodes: section.nodes,
         shapes,
         center: 0.5 * (near.center + far.center),
+        end: far.center,
         asymmetry,
     })
 }

@@ -6,6 +6,7 @@
 use hysteron_base::{BadInput, MaterialLaw};
 use hysteron_fem::FemModel;
 
+use super::body::Site;
 use crate::Result;
 
 /// Length of a section over the diameter of the body there [-]: the shorter, the better a cubic energy holds.
@@ -78,21 +79,12 @@ impl Cut {
         Ok(Self { places, sections, n_sections: chosen.len() - 1 })
     }
 
-    /// True where a node belongs to a section or one of its interfaces.
-    pub fn touches(&self, node: u32, section: usize) -> bool {
-        match self.places[node as usize] {
-            Place::Held => false,
-            Place::Interface(i) => i == section || i == section + 1,
-            Place::Section(e) => e == section,
-        }
-    }
-
-    /// The section that a free node counts to where one has to be named: of an interface the one before it.
-    pub fn home(&self, node: u32) -> Option<usize> {
+    /// What a node moves with; `None` where it is held.
+    pub fn site(&self, node: u32) -> Option<Site> {
         match self.places[node as usize] {
             Place::Held => None,
-            Place::Interface(i) => i.checked_sub(1),
-            Place::Section(e) => Some(e),
+            Place::Interface(i) => i.checked_sub(1).map(Site::End),
+            Place::Section(e) => Some(Site::Within(e)),
         }
     }
 }
@@ -195,7 +187,12 @@ mod tests {
         let mut counts = vec![0; cut.n_sections];
         for (e, section) in cut.sections.iter().enumerate() {
             let section = section.expect("nothing lies below the clamp");
-            assert!(body.cells.nodes(e).iter().all(|&node| cut.touches(node, section)), "{e}");
+            let touches = |node: &u32| match cut.places[*node as usize] {
+                Place::Held => false,
+                Place::Interface(i) => i == section || i == section + 1,
+                Place::Section(own) => own == section,
+            };
+            assert!(body.cells.nodes(e).iter().all(touches), "{e}");
             counts[section] += 1;
         }
         assert!(counts.iter().all(|&count| count == body.cells.len() / 8), "{counts:?}");

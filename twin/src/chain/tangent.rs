@@ -18,7 +18,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use super::band::{Block, BlockSkyline, BlockVector};
 use super::balance::ChainBalance;
-use super::body::{Chain, Part};
+use super::body::{Chain, Part, Site};
 use super::section::{SectionPose, head, middle};
 use super::{BLOCK, POSE, STRAIN, Strain, WARPINGS};
 use crate::cable::direction;
@@ -88,14 +88,21 @@ impl TangentAssembly {
             let law = chain.laws[e].tangent(chain.isa, &pose.strain);
             let mut form = with_spin(&law, pose);
             add_geometric(&mut form, pose, &balance.net[e].stress, &balance.net[e].moment);
-            for (p, part) in chain.parts.iter().enumerate().filter(|(_, part)| part.section == e) {
+            for (p, part) in chain.parts.iter().enumerate().filter(|(_, part)| part.site == Site::Within(e)) {
                 add_lever(&mut form, pose, part, &balance.levers[p], &balance.forces[p]);
             }
             add_section(e, &self.maps[e], &form, tangent);
         }
         for (p, part) in chain.parts.iter().enumerate() {
-            let pose = &balance.poses[part.section];
-            self.moves[p] = part_move(part, pose, &balance.levers[p], &self.maps[part.section]);
+            self.moves[p] = match part.site {
+                Site::Within(e) => part_move(part, &balance.poses[e], &balance.levers[p], &self.maps[e]),
+                Site::End(e) => {
+                    let lever = balance.ends[e] * balance.levers[p];
+                    let moves = end_move(part, &balance.ends[e], &lever, chain.lever);
+                    add_end_lever(tangent.block(e, e), &moves, &lever, &balance.forces[p], chain.lever);
+                    moves
+                }
+            };
         }
         for segment in &chain.segments {
             let tension: f64 = segment.cables.iter().map(|&j| tensions[j]).sum();
@@ -119,11 +126,13 @@ impl TangentAssembly {
         rows.fill([[0.0; BLOCK]; 3]);
         for (point, sign) in [(first, -1.0), (first + 1, 1.0)] {
             for &(part, weight) in chain.cables.carriers(point) {
-                let (e, moves) = (chain.parts[part as usize].section, &self.moves[part as usize]);
-                for c in 0..3 {
-                    for k in 0..BLOCK {
-                        rows[e - low][c][k] += sign * weight * moves[c][k];
-                        rows[e + 1 - low][c][k] += sign * weight * moves[c][BLOCK + k];
+                let (site, moves) = (chain.parts[part as usize].site, &self.moves[part as usize]);
+                for interface in site.first()..=site.section() + 1 {
+                    let first = BLOCK * (interface - site.section());
+                    for c in 0..3 {
+                        for (row, moved) in rows[interface - low][c].iter_mut().zip(&moves[c][first..]) {
+                            *row += sign * weight * moved;
+                        }
                     }
                 }
             }
@@ -154,8 +163,9 @@ impl TangentAssembly {
 /// First and last interface that carry the segment from point `first` on; the same where nothing carries it.
 fn span(chain: &Chain, first: usize) -> (usize, usize) {
     let carriers = [first, first + 1].into_iter().flat_map(|point| chain.cables.carriers(point));
-    let sections = carriers.map(|(part, _)| chain.parts[*part as usize].section);
-    let (low, high) = sections.fold((usize::MAX, 0), |(low, high), e| (low.min(e), high.max(e + 1)));
+    let sites = carriers.map(|(part, _)| chain.parts[*part as usize].site);
+    let (low, high) =
+        sites.fold((usize::MAX, 0), |(low, high), site| (low.min(site.first()), high.max(site.section() + 1)));
     if low > high { (0, 0) } else { (low, high) }
 }
 
@@ -326,6 +336,43 @@ fn part_move(part: &Part, pose: &SectionPose, lever: &Vector3<f64>, map: &PoseMa
         }
     }
     moves
+}
+
+/// Move of a part of an end interface in space by the unknowns of that: share δc + δθ × r + R Φ δw, the lever r in space.
+fn end_move(part: &Part, rotation: &Matrix3<f64>, lever: &Vector3<f64>, unit: f64) -> [Variation; 3] {
+    let turn = lever.cross_matrix() / -unit;
+    let mut moves = [[0.0; BOTH]; 3];
+    for c in 0..3 {
+        let own = &mut moves[c][BLOCK..];
+        own[c] = part.share;
+        for k in 0..3 {
+            own[3 + k] = turn[(c, k)];
+        }
+        for k in 0..WARPINGS {
+            own[POSE + k] = (0..3).map(|i| rotation[(c, i)] * part.shape[i][POSE + WARPINGS + k]).sum();
+        }
+    }
+    moves
+}
+
+/// Adds (f·r) |δθ|² - (f·δθ)(r·δθ) + 2 δθ·(f × R Φ δw) of a force on a part of an end interface, all in space.
+fn add_end_lever(block: &mut Block, moves: &[Variation; 3], lever: &Vector3<f64>, force: &[f64; 4], unit: f64) {
+    let force = Vector3::new(force[0], force[1], force[2]);
+    if force == Vector3::zeros() {
+        return;
+    }
+    let outer = (Matrix3::from_diagonal_element(force.dot(lever)) - force * lever.transpose()) / (unit * unit);
+    let cross = force.cross_matrix() / unit;
+    for i in 0..3 {
+        for j in 0..3 {
+            block[3 + i][3 + j] += 0.5 * (outer[(i, j)] + outer[(j, i)]);
+        }
+        for k in POSE..BLOCK {
+            let entry: f64 = (0..3).map(|c| cross[(i, c)] * moves[c][BLOCK + k]).sum();
+            block[3 + i][k] += entry;
+            block[k][3 + i] += entry;
+        }
+    }
 }
 
 #[cfg(test)]
