@@ -104,12 +104,11 @@ fn pulled_chain_follows_its_finite_elements() {
         let (tip, moved) = (twin.tip_of(fine.state()), chain.tip_of(coarse.state()));
         let rest = twin.tip_of(&twin.rest());
         let apart = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
-        println!(
-            "{k} {:.3e} of {:.3e}, {:?} {:?} {report:?}",
-            apart(tip, moved),
-            apart(tip, rest),
-            fine.state().tensions,
-            coarse.state().tensions
-        );
+        let error = apart(tip, moved) / apart(tip, rest);
+        // Of a turn by 25 degrees in 40 mm: what the energy leaves out is of fourth order.
+        assert!(error < 1e-3, "{k}: tip {error}");
+        let error = (fine.state().tensions[0] - coarse.state().tensions[0]).abs() / fine.state().tensions[0];
+        assert!(error < 1e-3, "{k}: tension {error}");
+        assert!(report.relative_residual <= twin.accuracy.relative_residual);
     }
 }
