@@ -1,8 +1,8 @@
 //! How well a chain of condensed sections follows the finite elements that it was made from, and how fast.
 //!
-//!     cargo run --release -p hysteron-twin --example chain_accuracy -- meshes/tpu80/scene.toml 20
+//!     cargo run --release -p hysteron-twin --example chain_accuracy -- meshes/tpu80/scene.toml 20 6
 //!
-//! Equilibria under random strokes of all real tendons within six millimetres, then a circle of five millimetres in steps of
+//! Equilibria under random strokes of all real tendons within six millimetres, tensions of auxiliary ones within ten newtons, then a circle of five millimetres in steps of
 //! 0.02 mm, of both bodies.
 #![allow(clippy::print_stdout)]
 
@@ -19,6 +19,8 @@ use rand::RngExt;
 const REACH: f64 = 6e-3;
 const RADIUS: f64 = 5e-3;
 const STEP: f64 = 2e-5;
+/// Largest tension of an auxiliary tendon [N].
+const PUSH: f64 = 10.0;
 /// Steps that are timed.
 const TIMED: usize = 1500;
 
@@ -26,6 +28,7 @@ fn main() -> Result<()> {
     let mut arguments = std::env::args().skip(1);
     let scene = arguments.next().unwrap_or_else(|| "meshes/tpu80/scene.toml".into());
     let count = arguments.next().and_then(|count| count.parse().ok()).unwrap_or(20);
+    let reach = 1e-3 * arguments.next().and_then(|reach| reach.parse().ok()).unwrap_or(1e3 * REACH);
     let timed = arguments.next().and_then(|count| count.parse().ok()).unwrap_or(TIMED);
     let scene = Scene::read(Path::new(&scene))?;
     let (mesh, _) = read_body(&scene)?;
@@ -44,22 +47,45 @@ fn main() -> Result<()> {
     );
     let tip: Vec<u32> = mesh.groups.get("tip").cloned().unwrap_or_default();
     let tip: Vec<u32> = tip.iter().map(|&file| twin.body.model_node[file as usize]).collect();
-    compare(&twin, &chain, &tip, count)?;
+    compare(&twin, &chain, &tip, count, reach)?;
     time(&twin, &chain, timed)
 }
 
+/// How a tendon is driven here.
+enum Kind {
+    /// A real tendon, by stroke.
+    Driven,
+    /// An auxiliary one, by tension.
+    Auxiliary,
+    /// One that may push: it models something else, and stays.
+    Held,
+}
+
+fn kind(twin: &Twin, j: usize) -> Kind {
+    if j >= twin.n_primary {
+        Kind::Auxiliary
+    } else if twin.tendons[j].tension.min < 0.0 {
+        Kind::Held
+    } else {
+        Kind::Driven
+    }
+}
+
 /// Prints the errors of `count` equilibria.
-fn compare(twin: &Twin, chain: &Chain, tip: &[u32], count: usize) -> Result<()> {
+fn compare(twin: &Twin, chain: &Chain, tip: &[u32], count: usize, reach: f64) -> Result<()> {
     let mut rng = hysteron_base::rng(1, "chain/accuracy");
     let (mut fine, mut coarse) = (Stepper::new(twin), ChainStepper::new(twin, chain));
     let rest = Vector3::from(twin.tip_of(&twin.rest()));
     let mut errors = [const { Vec::new() }; 3];
     let mut refused = 0;
     for k in 0..count {
-        let mut targets = vec![Target::Free; twin.tendons.len()];
-        for target in &mut targets[..twin.n_primary] {
-            *target = Target::Stroke(rng.random_range(-REACH..REACH));
-        }
+        let targets: Vec<Target> = (0..twin.tendons.len())
+            .map(|j| match kind(twin, j) {
+                Kind::Driven => Target::Stroke(rng.random_range(-reach..reach)),
+                Kind::Auxiliary => Target::Tension(rng.random_range(-PUSH..PUSH)),
+                Kind::Held => twin.tendons[j].resting_target(),
+            })
+            .collect();
         let report = fine.step(twin, &targets)?;
         let chained = match coarse.step(twin, chain, &targets) {
             Ok(chained) => chained,
@@ -122,8 +148,10 @@ fn circle(twin: &Twin, k: usize) -> Vec<Target> {
     let ramp = (k as f64 * STEP / RADIUS).min(1.0);
     let angle = (k as f64 * STEP / RADIUS - 1.0).max(0.0);
     let target = |j: usize| {
-        if j >= twin.n_primary {
-            return Target::Free;
+        match kind(twin, j) {
+            Kind::Driven => (),
+            Kind::Auxiliary => return Target::Tension(0.0),
+            Kind::Held => return twin.tendons[j].resting_target(),
         }
         let phase = std::f64::consts::TAU * j as f64 / twin.n_primary as f64;
         Target::Stroke(ramp * RADIUS * (angle - phase).cos())

@@ -82,8 +82,10 @@ pub struct Chain {
     pub rest: Vec<Interface>,
     pub(crate) laws: Vec<SectionLaw>,
     pub(crate) parts: Vec<Part>,
-    /// The twin's cables, carried by parts.
+    /// The twin's cables, carried by parts; what their ends sink in between interfaces counts as stretch.
     pub(crate) cables: Cables,
+    n_friction: usize,
+    n_backlash: usize,
     pub(crate) segments: Vec<Segment>,
     /// Constant forces on parts [N].
     pub(crate) loads: Vec<(u32, [f64; 3])>,
@@ -106,6 +108,10 @@ pub struct ChainState {
     pub tensions: Vec<f64>,
     /// Part of the constant loads that is applied.
     pub load: f64,
+    /// Length of tendon that has slid past each friction point, where it stuck last [m].
+    pub slip: Vec<f64>,
+    /// Stroke behind the backlash of each real tendon [m]; empty without backlash.
+    pub backlash: Vec<f64>,
 }
 
 /// Adds parts as they are asked for.
@@ -123,15 +129,22 @@ impl Chain {
     /// A body that cannot be cut into sections, or that nothing holds.
     pub fn new(twin: &Twin) -> Result<Self> {
         let body = &twin.body;
-        let cut = Cut::new(body)?;
+        let ends: Vec<[f64; 3]> = (0..twin.tendons.len())
+            .flat_map(|j| {
+                let line = twin.cables.polyline(j, &body.rest);
+                line.first().copied().into_iter().chain(line.last().copied())
+            })
+            .collect();
+        let cut = Cut::new(body, &ends)?;
         let interfaces = interfaces(twin, &cut)?;
+        let rows = rows_at_rest(twin);
         let sections: Vec<Condensed> = (0..cut.n_sections)
             .into_par_iter()
-            .map(|e| condense(body, &cut, e, &interfaces[e], &interfaces[e + 1]))
+            .map(|e| condense(body, &cut, e, (&interfaces[e], &interfaces[e + 1]), &rows))
             .collect::<Result<_>>()?;
         let mut parts = Parts { body, cut: &cut, sections: &sections, parts: Vec::new() };
         let mut known: Vec<(Vec<(u32, f64)>, PartSum)> = Vec::new();
-        let cables = twin.cables.carried_by(|carriers| {
+        let mut cables = twin.cables.carried_by(|carriers| {
             let sum = match known.iter().find(|(same, _)| same == carriers) {
                 Some((_, sum)) => sum.clone(),
                 None => {
@@ -142,6 +155,12 @@ impl Chain {
             };
             (sum.offset.into(), sum.parts)
         });
+        for &(j, k, compliance) in sections.iter().flat_map(|section| &section.compliance) {
+            match cables.compliance[j].iter_mut().find(|(other, _)| *other == k) {
+                Some((_, known)) => *known += compliance,
+                None => cables.compliance[j].push((k, compliance)),
+            }
+        }
         let tip: Vec<(u32, f64)> = twin.tip.nodes.iter().copied().zip(twin.tip.weights.iter().copied()).collect();
         let tip = parts.sum(&tip);
         let loads = parts.loads(&twin.loads);
@@ -153,6 +172,8 @@ impl Chain {
         Ok(Self {
             isa: body.isa,
             rest: interfaces.iter().map(|interface| at_rest(interface.center)).collect(),
+            n_friction: twin.friction.len(),
+            n_backlash: twin.n_backlash(),
             segments: segments(&cables),
             cables,
             loads,
@@ -178,7 +199,13 @@ impl Chain {
 
     /// The unloaded chain.
     pub fn rest(&self) -> ChainState {
-        ChainState { interfaces: self.rest.clone(), tensions: vec![0.0; self.cables.len()], load: 0.0 }
+        ChainState {
+            interfaces: self.rest.clone(),
+            tensions: vec![0.0; self.cables.len()],
+            load: 0.0,
+            slip: vec![0.0; self.n_friction],
+            backlash: vec![0.0; self.n_backlash],
+        }
     }
 
     /// Position of the tip [m].
@@ -266,6 +293,20 @@ impl Parts<'_> {
         }
         loads
     }
+}
+
+/// J at rest, dense rows.
+fn rows_at_rest(twin: &Twin) -> Vec<Vec<f64>> {
+    let mut shape = twin.cables.shape();
+    twin.cables.measure(&twin.body.rest, &mut shape);
+    let row = |j| {
+        let mut row = vec![0.0; twin.body.n_unknowns()];
+        twin.cables.row_into(&shape, j, &mut row);
+        // Inner points of a straight cable carry nothing but round-off.
+        row.iter_mut().filter(|force| force.abs() < 1e-9).for_each(|force| *force = 0.0);
+        row
+    };
+    (0..twin.cables.len()).map(row).collect()
 }
 
 /// The distinct segments of all cables: those of friction run along their tendons.

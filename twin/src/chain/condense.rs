@@ -31,6 +31,8 @@ pub(crate) struct Condensed {
     /// Rest position of its own frame, and of its end interface's [m].
     pub center: Vector3<f64>,
     pub end: Vector3<f64>,
+    /// Local compliance of cables [m/N]: (cable, cable, entry) for every two that pull at inner nodes, either way round.
+    pub compliance: Vec<(usize, usize, f64)>,
     /// Largest difference between entries of A that should be equal, over its largest entry, in units of the amplitudes [-].
     pub asymmetry: f64,
 }
@@ -55,7 +57,7 @@ struct SectionMesh<'a> {
     far: &'a InterfaceShape,
 }
 
-/// Condenses section `e` of a body, between two interfaces.
+/// Condenses section `e` of a body, between two interfaces. `rows` are those of J at rest.
 ///
 /// # Errors
 /// Inner nodes that nothing holds.
@@ -63,11 +65,13 @@ pub(crate) fn condense(
     body: &FemModel,
     cut: &Cut,
     e: usize,
-    near: &InterfaceShape,
-    far: &InterfaceShape,
+    (near, far): (&InterfaceShape, &InterfaceShape),
+    rows: &[Vec<f64>],
 ) -> Result<Condensed> {
     let section = SectionMesh::new(body, cut, e, near, far)?;
-    let shapes = section.shapes()?;
+    let mut factor = section.inner_factor()?;
+    let shapes = section.shapes(factor.as_mut());
+    let compliance = section.local_compliance(factor.as_mut(), rows);
     let mut stiffness = section.stiffness(&shapes);
     let (cubic, asymmetry) = section.cubic(&shapes);
     // An amplitude without a warping is held at zero.
@@ -83,6 +87,7 @@ pub(crate) fn condense(
         shapes,
         center: 0.5 * (near.center + far.center),
         end: far.center,
+        compliance,
         asymmetry,
     })
 }
@@ -145,7 +150,7 @@ impl<'a> SectionMesh<'a> {
     }
 
     /// First-order displacement of every node per strain.
-    fn shapes(&self) -> Result<Vec<[Strain; 3]>> {
+    fn shapes(&self, factor: Option<&mut StiffnessFactor>) -> Vec<[Strain; 3]> {
         let mut shapes = vec![[[0.0; PADDED]; 3]; self.nodes.len()];
         for (i, shape) in shapes.iter_mut().enumerate() {
             let (sign, arm, first, warpings) = match self.sides[i] {
@@ -164,24 +169,36 @@ impl<'a> SectionMesh<'a> {
                 }
             }
         }
-        self.follow_interfaces(&mut shapes)?;
-        Ok(shapes)
+        if let Some(factor) = factor {
+            self.follow_interfaces(factor, &mut shapes);
+        }
+        shapes
     }
 
-    /// Sets the inner nodes' displacements to those that balance: -K_ii⁻¹ K_ib u_b.
-    fn follow_interfaces(&self, shapes: &mut [[Strain; 3]]) -> Result<()> {
-        let inner = self.sides.iter().take_while(|side| matches!(side, Side::Inner)).count();
-        if inner == 0 {
-            return Ok(());
+    /// Number of inner nodes, which come first.
+    fn n_inner(&self) -> usize {
+        self.sides.iter().take_while(|side| matches!(side, Side::Inner)).count()
+    }
+
+    /// K_ii, factorised; `None` without inner nodes.
+    fn inner_factor(&self) -> Result<Option<StiffnessFactor>> {
+        if self.n_inner() == 0 {
+            return Ok(None);
         }
-        let mut columns: Vec<Vec<f64>> = (0..STRAIN)
-            .map(|k| self.linear_force(shapes, k)[..inner].iter().flat_map(|force| force[..3].to_vec()).collect())
-            .collect();
         let pattern = Arc::new(self.model.stiffness_pattern(&[]));
         let mut factor = StiffnessFactor::new(&pattern, FactorKind::Supernodal, self.model.isa);
         let mut stiffness = Stiffness::zeros(pattern);
         self.model.stiffness_into(&self.model.rest, Tangent::Exact, &mut stiffness);
         factor.factorize(&stiffness)?;
+        Ok(Some(factor))
+    }
+
+    /// Sets the inner nodes' displacements to those that balance: -K_ii⁻¹ K_ib u_b.
+    fn follow_interfaces(&self, factor: &mut StiffnessFactor, shapes: &mut [[Strain; 3]]) {
+        let inner = self.n_inner();
+        let mut columns: Vec<Vec<f64>> = (0..STRAIN)
+            .map(|k| self.linear_force(shapes, k)[..inner].iter().flat_map(|force| force[..3].to_vec()).collect())
+            .collect();
         factor.solve_many(&mut columns);
         for (k, column) in columns.iter().enumerate() {
             for (shape, moved) in shapes.iter_mut().zip(column.as_chunks::<3>().0) {
@@ -190,7 +207,30 @@ impl<'a> SectionMesh<'a> {
                 }
             }
         }
-        Ok(())
+    }
+
+    /// J_i K_ii⁻¹ J_iᵀ of the cables that pull at inner nodes at rest: how far these give way between interfaces that are held.
+    fn local_compliance(
+        &self,
+        factor: Option<&mut StiffnessFactor>,
+        rows: &[Vec<f64>],
+    ) -> Vec<(usize, usize, f64)> {
+        let Some(factor) = factor else { return Vec::new() };
+        let inner = &self.nodes[..self.n_inner()];
+        let own = |row: &Vec<f64>| -> Vec<f64> {
+            inner.iter().flat_map(|&node| row[3 * node as usize..][..3].to_vec()).collect()
+        };
+        let pulls: Vec<(usize, Vec<f64>)> =
+            rows.iter().map(own).enumerate().filter(|(_, pull)| pull.iter().any(|f| *f != 0.0)).collect();
+        let mut moved: Vec<Vec<f64>> = pulls.iter().map(|(_, pull)| pull.clone()).collect();
+        factor.solve_many(&mut moved);
+        let mut compliance = Vec::new();
+        for (i, (j, _)) in pulls.iter().enumerate() {
+            for (k, pull) in &pulls {
+                compliance.push((*j, *k, moved[i].iter().zip(pull).map(|(u, f)| u * f).sum()));
+            }
+        }
+        compliance
     }
 
     /// Forces on all nodes per strain `k` at rest, K Ψ_k [N].
@@ -361,12 +401,12 @@ mod tests {
     fn section(law: MaterialLaw, order: Order, check: impl Fn(&SectionMesh, &[[Strain; 3]], &Condensed)) {
         let (scene, mesh) = scenes::robot_with(law, order, 24);
         let twin = Twin::new(&scene, &mesh).expect("a good scene");
-        let cut = Cut::new(&twin.body).expect("a cut");
+        let cut = Cut::new(&twin.body, &[]).expect("a cut");
         let interfaces = interfaces(&twin, &cut).expect("responses");
         let (near, far) = (&interfaces[2], &interfaces[3]);
         let section = SectionMesh::new(&twin.body, &cut, 2, near, far).expect("a section");
-        let shapes = section.shapes().expect("a factor");
-        check(&section, &shapes, &condense(&twin.body, &cut, 2, near, far).expect("a law"));
+        let shapes = section.shapes(section.inner_factor().expect("a factor").as_mut());
+        check(&section, &shapes, &condense(&twin.body, &cut, 2, (near, far), &[]).expect("a law"));
     }
 
     /// A strain of `size` of the section's length.

@@ -1,7 +1,7 @@
 //! Where a body is cut into sections: planes of nodes across its axis.
 //!
-//! A plane may cut where no element crosses it: meshes made layer by layer have such planes. Of them, those are taken that
-//! make sections nearest to [`LENGTH`] diameters.
+//! A plane may cut where no element crosses it: meshes made layer by layer have such planes. Of them, those are taken at which
+//! tendons end, where interfaces follow the pull exactly, and others that make sections nearest to [`LENGTH`] diameters.
 
 use hysteron_base::{BadInput, MaterialLaw};
 use hysteron_fem::FemModel;
@@ -13,6 +13,8 @@ use crate::Result;
 const LENGTH: f64 = 0.4;
 /// Distance of nodes of the same plane, over the length of the body [-]: files round coordinates.
 const SAME_PLANE: f64 = 1e-6;
+/// Distance of a tendon's end from a plane that is made an interface for it, over the length of a section [-].
+const AT_END: f64 = 0.1;
 
 /// Where a node of the body lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,12 +39,12 @@ pub(crate) struct Cut {
 }
 
 impl Cut {
-    /// Cuts `body` across the coordinate axis along which it is longest, from its clamp on.
+    /// Cuts `body` across the coordinate axis along which it is longest, from its clamp on; tendons end at `ends` [m].
     ///
     /// # Errors
     /// `BadInput` where fewer than two sections are found, where the clamp is not all that lies on one side of a plane, or
     /// for a law without a potential.
-    pub fn new(body: &FemModel) -> Result<Self> {
+    pub fn new(body: &FemModel, ends: &[[f64; 3]]) -> Result<Self> {
         if body.material.law == MaterialLaw::CorotationalEdges {
             let found = "corotational_edges";
             return Err(BadInput::new("material.law", "a law with an energy", found).hint("use corotational").into());
@@ -61,7 +63,9 @@ impl Cut {
         let heights: Vec<f64> = body.rest.iter().map(|node| sign * (node[axis] - middle)).collect();
         let near = SAME_PLANE * extent[axis];
         let planes = uncrossed_planes(body, &heights, near);
-        let chosen = choose(&planes, |height| diameter(body, axis, &heights, height, near), first_plane(body, &heights));
+        let length = |height| LENGTH * diameter(body, axis, &heights, height, near);
+        let ends: Vec<f64> = ends.iter().map(|end| sign * (end[axis] - middle)).collect();
+        let chosen = choose(&planes, &fixed_planes(&planes, &ends, first_plane(body, &heights), length), length);
         if chosen.len() < 3 {
             let expected = "at least two layers of elements with plane faces across the body's longest axis";
             return Err(BadInput::new("mesh", expected, format!("{} such planes", planes.len()))
@@ -116,25 +120,33 @@ fn uncrossed_planes(body: &FemModel, heights: &[f64], near: f64) -> Vec<f64> {
     levels
 }
 
-/// Planes from `first` to the last, nearest to [`LENGTH`] diameters apart.
-fn choose(planes: &[f64], diameter: impl Fn(f64) -> f64, first: f64) -> Vec<f64> {
-    let Some(&last) = planes.last() else { return Vec::new() };
-    let mut chosen = Vec::new();
-    let nearest = |height: f64, beyond: f64| {
-        let open = planes.iter().copied().filter(|&plane| plane > beyond);
-        open.min_by(|a, b| (a - height).abs().total_cmp(&(b - height).abs()))
+/// The first plane, those at which tendons end, and the last.
+fn fixed_planes(planes: &[f64], ends: &[f64], first: f64, length: impl Fn(f64) -> f64) -> Vec<f64> {
+    let nearest = |height: f64| {
+        planes.iter().copied().min_by(|a, b| (a - height).abs().total_cmp(&(b - height).abs()))
     };
-    let mut next = nearest(first, f64::MIN);
-    while let Some(plane) = next {
-        chosen.push(plane);
-        next = nearest(plane + LENGTH * diameter(plane), plane);
-    }
-    // A rest of less than half a section joins the one before.
-    if let [.., before, short, end] = chosen[..]
-        && end == last
-        && end - short < 0.5 * (short - before)
-    {
-        chosen.remove(chosen.len() - 2);
+    let Some((first, &last)) = nearest(first).zip(planes.last()) else { return Vec::new() };
+    let at_ends = ends.iter().filter_map(|&end| nearest(end).filter(|&plane| (plane - end).abs() < AT_END * length(plane)));
+    let mut fixed: Vec<f64> = at_ends.filter(|&plane| plane > first && plane < last).chain([first, last]).collect();
+    fixed.sort_by(f64::total_cmp);
+    fixed.dedup();
+    fixed
+}
+
+/// The `fixed` planes and others between, nearest to `length` apart.
+fn choose(planes: &[f64], fixed: &[f64], length: impl Fn(f64) -> f64) -> Vec<f64> {
+    let mut chosen = fixed.first().map_or_else(Vec::new, |&first| vec![first]);
+    for pair in fixed.windows(2) {
+        let (low, high) = (pair[0], pair[1]);
+        let mut plane = low;
+        while plane < high {
+            let next = plane + length(plane);
+            // What remains beyond is at least half a section.
+            let open = planes.iter().copied().filter(|&other| other > plane && other <= high);
+            let open = open.filter(|&other| other == high || high - other > 0.5 * length(other));
+            plane = open.min_by(|a, b| (a - next).abs().total_cmp(&(b - next).abs())).unwrap_or(high);
+            chosen.push(plane);
+        }
     }
     chosen
 }
@@ -182,8 +194,13 @@ mod tests {
         // 24 layers of 1.67 mm, 12 mm wide: three layers are 5 mm, 0.42 diameters.
         let (scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Quadratic, 24);
         let body = Twin::new(&scene, &mesh).expect("a good scene").body;
-        let cut = Cut::new(&body).expect("a cut");
+        let cut = Cut::new(&body, &[]).expect("a cut");
         assert_eq!(cut.n_sections, 8);
+        // The 14th plane cuts a section in two where a tendon ends; one between two planes does not.
+        for (layers, n_sections) in [(14.0, 9), (13.5, 8)] {
+            let end = [0.0, 4.5e-3, 0.04 / 24.0 * layers];
+            assert_eq!(Cut::new(&body, &[end]).expect("a cut").n_sections, n_sections, "{layers}");
+        }
         let mut counts = vec![0; cut.n_sections];
         for (e, section) in cut.sections.iter().enumerate() {
             let section = section.expect("nothing lies below the clamp");
@@ -207,11 +224,11 @@ mod tests {
         let height = 0.04 / 12.0;
         scene.clamp = hysteron_base::Region::Box { min: [0.0, -1.0, -1.0], max: [1.0, 1.0, height] };
         let twin = Twin::new(&scene, &mesh).expect("a good scene");
-        let error = Cut::new(&twin.body).expect_err("half a layer is clamped");
+        let error = Cut::new(&twin.body, &[]).expect_err("half a layer is clamped");
         assert_eq!(error.bad_input().map(|bad| bad.place.as_str()), Some("clamp"));
         let (scene, mesh) = scenes::robot_with(MaterialLaw::CorotationalEdges, Order::Linear, 12);
         let twin = Twin::new(&scene, &mesh).expect("a good scene");
-        let error = Cut::new(&twin.body).expect_err("no energy");
+        let error = Cut::new(&twin.body, &[]).expect_err("no energy");
         assert_eq!(error.bad_input().map(|bad| bad.place.as_str()), Some("material.law"));
     }
 }

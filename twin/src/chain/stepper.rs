@@ -14,10 +14,11 @@ use super::{BLOCK, POSE};
 use crate::anderson::Anderson;
 use crate::equilibrium_residual::StepTargets;
 use crate::error::Cause;
+use crate::friction::{bounds_into, change_of_bounds, commit_slip, follow_backlash, stick};
 use crate::model::{Target, Twin};
 use crate::predictor::{EquilibriumPredictor, Prescribed};
 use crate::report::StepReport;
-use crate::step::check_targets;
+use crate::step::{LAGGING, MAX_REPEATS, check_targets};
 use crate::tensions::TensionStep;
 use crate::Error;
 
@@ -51,6 +52,11 @@ pub struct ChainStepper {
     columns: Vec<Vec<BlockVector>>,
     /// W + C, row-major [m/N].
     delassus: Vec<f64>,
+    /// Negative eigenvalues of the tangent.
+    n_negative: usize,
+    /// Friction bounds of the present equilibrium [N], and strokes behind the backlash in this step [m].
+    bounds: Vec<f64>,
+    backlash: Vec<f64>,
     tensions: TensionStep,
     anderson: Anderson,
     predictor: EquilibriumPredictor,
@@ -84,6 +90,9 @@ impl ChainStepper {
             rows: vec![zeros.clone(); m],
             columns: vec![zeros.clone(); m],
             delassus: vec![0.0; m * m],
+            n_negative: 0,
+            bounds: vec![0.0; twin.friction.len()],
+            backlash: vec![0.0; twin.n_backlash()],
             tensions: TensionStep::new(m),
             anderson: Anderson::new(isa, n * BLOCK, m),
             predictor: EquilibriumPredictor::new(isa, n * BLOCK, m),
@@ -110,15 +119,50 @@ impl ChainStepper {
     /// Targets as [`crate::Stepper::step`] refuses them; [`Error::NoEquilibrium`]: it is then at the last equilibrium before.
     pub fn step(&mut self, twin: &Twin, chain: &Chain, targets: &[Target]) -> Result<StepReport, Error> {
         check_targets(twin, targets)?;
-        self.control.set(twin, targets);
-        self.control.load = 1.0;
+        self.command(twin, targets);
         let mut report = StepReport::default();
+        let mut result = Ok(());
         if !self.step_at_once(chain, &mut report) {
-            self.step_by_parts(chain, &mut report)?;
+            result = self.step_by_parts(chain, &mut report);
         }
+        if result.is_ok() {
+            self.follow_friction(twin, chain, &mut report);
+        } else {
+            self.balance.place(chain, &self.state.interfaces);
+            bounds_into(twin, &self.balance.shape, &self.state.tensions, &mut self.bounds);
+        }
+        self.state.backlash.clone_from(&self.backlash);
+        let ChainState { tensions, slip, .. } = &mut self.state;
+        commit_slip(&chain.cables, &self.control, &self.balance.shape, tensions, slip);
         report.relative_residual = self.balance.relative;
         report.stroke_error = self.balance.violation;
-        Ok(report)
+        result.map(|()| report)
+    }
+
+    /// Sets what a step has to reach.
+    fn command(&mut self, twin: &Twin, targets: &[Target]) {
+        self.control.set(twin, targets);
+        self.control.load = 1.0;
+        self.backlash.clone_from(&self.state.backlash);
+        follow_backlash(twin, targets, &mut self.backlash, &mut self.control);
+        stick(twin, &self.state.slip, &self.bounds, &mut self.control);
+    }
+
+    /// Makes a step again that has changed the friction bounds a lot, with those of where it led.
+    fn follow_friction(&mut self, twin: &Twin, chain: &Chain, report: &mut StepReport) {
+        for repeat in 0..=MAX_REPEATS {
+            bounds_into(twin, &self.balance.shape, &self.state.tensions, &mut self.bounds);
+            if repeat == MAX_REPEATS || change_of_bounds(twin, &self.bounds, &self.control) <= LAGGING {
+                break;
+            }
+            let held = self.control.clone();
+            stick(twin, &self.state.slip, &self.bounds, &mut self.control);
+            if !self.step_at_once(chain, report) {
+                self.control = held;
+                self.evaluate(chain);
+                break;
+            }
+        }
     }
 
     /// The fast iteration, with history and the factor at hand, then with new ones; the state is unchanged where neither leads
@@ -188,7 +232,7 @@ impl ChainStepper {
         report.refactorisations += 1;
         self.is_unusable = true;
         self.assembly.assemble_into(chain, &self.balance, &self.state.tensions, &mut self.tangent);
-        self.tangent.factorize().ok_or(Cause::NoFactor)?;
+        self.n_negative = self.tangent.factorize().ok_or(Cause::NoFactor)?;
         let m = self.rows.len();
         for j in 0..m {
             self.balance.row_into(chain, j, &mut self.rows[j]);
@@ -205,7 +249,9 @@ impl ChainStepper {
                 self.delassus[i * m + j] += compliance;
             }
         }
-        self.tensions.qp.set_matrix(&self.delassus);
+        if self.n_negative == 0 {
+            self.tensions.qp.set_matrix(&self.delassus);
+        }
         self.anderson.clear();
         self.is_unusable = false;
         (self.spent, self.steps, self.recent) = (0, 0, 0.0);
@@ -279,9 +325,8 @@ impl ChainStepper {
     /// Makes an accelerated correction.
     fn accelerate(&mut self, chain: &Chain) {
         let (n, m) = (chain.n_unknowns(), self.state.tensions.len());
-        let active_set = self.tensions.qp.active_set();
-        if self.active_set != active_set {
-            self.active_set.copy_from_slice(active_set);
+        if self.n_negative == 0 && self.active_set != self.tensions.qp.active_set() {
+            self.active_set.copy_from_slice(self.tensions.qp.active_set());
             self.anderson.clear();
         }
         for j in 0..m {
@@ -318,6 +363,9 @@ impl ChainStepper {
             self.balance.stroke_residual[j] + dot(chain.isa, self.rows[j].as_flattened(), free)
         };
         self.tensions.pose(&self.control, &self.state.tensions, missing);
+        if self.n_negative > 0 {
+            return self.tensions.solve_taut(&self.delassus, self.n_negative);
+        }
         let solver = self.tensions.solve().map_err(Cause::Qp)?;
         report.clarabel_solves += usize::from(solver == hysteron_fit::qp::QpSolver::Clarabel);
         Ok(())
@@ -372,7 +420,11 @@ impl ChainStepper {
         self.balance.place(chain, &self.state.interfaces);
         let mut from = asked.clone();
         from.load = self.state.load;
+        let n_tendons = from.strokes.len() - self.bounds.len();
         for j in 0..self.state.tensions.len() {
+            if j >= n_tendons {
+                continue;
+            }
             from.strokes[j] = self.balance.shape.strokes[j] + chain.cables.stretch(j, &self.state.tensions);
             (from.lower[j], from.upper[j]) = (self.state.tensions[j], self.state.tensions[j]);
         }

@@ -72,7 +72,7 @@ fn small_deflections_are_those_of_the_finite_elements_where_the_warpings_span_th
     assert_eq!(tangent.factorize(), Some(0));
     let mut change = balance.residual.clone();
     tangent.solve(&mut change);
-    let interfaces = interfaces(&twin, &Cut::new(&twin.body).expect("a cut")).expect("responses");
+    let interfaces = interfaces(&twin, &Cut::new(&twin.body, &[]).expect("a cut")).expect("responses");
     let largest = exact.iter().fold(0.0f64, |max, u| max.max(u.abs()));
     assert!(largest > 1e-12);
     for (interface, change) in interfaces[1..].iter().zip(&change) {

@@ -10,8 +10,8 @@ use super::cut::{Cut, Place};
 use crate::Result;
 use crate::model::Twin;
 
-/// Weight of a tendon's tension against other unit loads [-]: what mostly loads the body has to be met best.
-const TENDON_WEIGHT: f64 = 10.0;
+/// Weight of a tendon's tension against other unit loads [-]: the response to what mostly loads the body is in the basis.
+const TENDON_WEIGHT: f64 = 1000.0;
 /// Part of the strongest warping below which what is left of a response is round-off.
 const ROUND_OFF: f64 = 1e-11;
 
