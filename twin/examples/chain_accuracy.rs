@@ -21,6 +21,8 @@ const RADIUS: f64 = 5e-3;
 const STEP: f64 = 2e-5;
 /// Largest tension of an auxiliary tendon [N].
 const PUSH: f64 = 10.0;
+/// Steps from one equilibrium to the next where friction makes the way matter.
+const WALK: usize = 60;
 /// Steps that are timed.
 const TIMED: usize = 1500;
 
@@ -78,6 +80,7 @@ fn compare(twin: &Twin, chain: &Chain, tip: &[u32], count: usize, reach: f64) ->
     let rest = Vector3::from(twin.tip_of(&twin.rest()));
     let mut errors = [const { Vec::new() }; 3];
     let mut refused = 0;
+    let mut last_targets: Vec<Target> = twin.tendons.iter().map(|tendon| tendon.resting_target()).collect();
     for k in 0..count {
         let targets: Vec<Target> = (0..twin.tendons.len())
             .map(|j| match kind(twin, j) {
@@ -86,15 +89,28 @@ fn compare(twin: &Twin, chain: &Chain, tip: &[u32], count: usize, reach: f64) ->
                 Kind::Held => twin.tendons[j].resting_target(),
             })
             .collect();
-        let report = fine.step(twin, &targets)?;
-        let chained = match coarse.step(twin, chain, &targets) {
-            Ok(chained) => chained,
-            Err(error) => {
-                println!("{k:3}: {error}");
-                refused += 1;
-                continue;
+        let parts = if twin.friction.is_empty() { 1 } else { WALK };
+        let (mut iterations, mut failed) = ([0; 4], false);
+        for part in 1..=parts {
+            let between = mix(&last_targets, &targets, part as f64 / parts as f64);
+            let report = fine.step(twin, &between)?;
+            match coarse.step(twin, chain, &between) {
+                Ok(chained) => {
+                    let counts =
+                        [report.iterations, report.newton_iterations, chained.iterations, chained.newton_iterations];
+                    iterations.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+                }
+                Err(error) => {
+                    println!("{k:3}: {error}");
+                    failed = true;
+                }
             }
-        };
+        }
+        last_targets = targets;
+        if failed {
+            refused += 1;
+            continue;
+        }
         let (state, approximate) = (fine.state(), coarse.state());
         let moved = Vector3::from(twin.tip_of(state)) - rest;
         let apart = (Vector3::from(chain.tip_of(approximate)) - rest - moved).norm();
@@ -107,16 +123,12 @@ fn compare(twin: &Twin, chain: &Chain, tip: &[u32], count: usize, reach: f64) ->
         let turn_error = (0.5 * (between - 1.0)).clamp(-1.0, 1.0).acos().to_degrees();
         let all = [100.0 * apart / moved.norm().max(2e-3), 100.0 * off / strongest.max(3.0), turn_error];
         println!(
-            "{k:3}: tip {:6.2} mm, {:6.2} N; errors {:.3} % {:.3} % {:.3} deg; iterations {} + {} and {} + {}",
+            "{k:3}: tip {:6.2} mm, {:6.2} N; errors {:.3} % {:.3} % {:.3} deg; iterations {iterations:?}",
             1e3 * moved.norm(),
             strongest,
             all[0],
             all[1],
-            all[2],
-            report.iterations,
-            report.newton_iterations,
-            chained.iterations,
-            chained.newton_iterations
+            all[2]
         );
         for (errors, error) in errors.iter_mut().zip(all) {
             errors.push(error);
@@ -129,6 +141,16 @@ fn compare(twin: &Twin, chain: &Chain, tip: &[u32], count: usize, reach: f64) ->
     }
     println!("{refused} of {count} without an equilibrium of the chain");
     Ok(())
+}
+
+/// Targets at part `t` of the way.
+fn mix(from: &[Target], to: &[Target], t: f64) -> Vec<Target> {
+    let between = |(from, to): (&Target, &Target)| match (*from, *to) {
+        (Target::Stroke(a), Target::Stroke(b)) => Target::Stroke(a + t * (b - a)),
+        (Target::Tension(a), Target::Tension(b)) => Target::Tension(a + t * (b - a)),
+        (_, to) => to,
+    };
+    from.iter().zip(to).map(between).collect()
 }
 
 /// Rotation of the tip's nodes since rest.

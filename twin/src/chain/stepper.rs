@@ -80,18 +80,22 @@ impl ChainStepper {
     pub fn new(twin: &Twin, chain: &Chain) -> Self {
         let (n, m, isa) = (chain.n_sections(), chain.cables.len(), chain.isa);
         let zeros = vec![[0.0; BLOCK]; n];
+        let mut balance = ChainBalance::new(chain);
+        balance.place(chain, &chain.rest);
+        let mut bounds = vec![0.0; twin.friction.len()];
+        bounds_into(twin, &balance.shape, &vec![0.0; m], &mut bounds);
         Self {
             control: StepTargets::new(twin, &vec![Target::Free; twin.tendons.len()]),
             state: chain.rest(),
             saved: chain.rest(),
-            balance: ChainBalance::new(chain),
+            balance,
             assembly: TangentAssembly::new(chain),
             tangent: TangentAssembly::pattern(chain),
             rows: vec![zeros.clone(); m],
             columns: vec![zeros.clone(); m],
             delassus: vec![0.0; m * m],
             n_negative: 0,
-            bounds: vec![0.0; twin.friction.len()],
+            bounds,
             backlash: vec![0.0; twin.n_backlash()],
             tensions: TensionStep::new(m),
             anderson: Anderson::new(isa, n * BLOCK, m),
