@@ -1,6 +1,6 @@
 //! How well a chain of condensed sections follows the finite elements that it was made from, and how fast.
 //!
-//!     cargo run --release -p hysteron-twin --example chain_accuracy -- meshes/tpu80/scene.toml 20 6
+//!     cargo run --release -p hysteron-twin --example chain_accuracy -- meshes/tpu80/scene.toml 20 6 10
 //!
 //! Equilibria under random strokes of all real tendons within six millimetres, tensions of auxiliary ones within ten newtons, then a circle of five millimetres in steps of
 //! 0.02 mm, of both bodies.
@@ -31,6 +31,7 @@ fn main() -> Result<()> {
     let scene = arguments.next().unwrap_or_else(|| "meshes/tpu80/scene.toml".into());
     let count = arguments.next().and_then(|count| count.parse().ok()).unwrap_or(20);
     let reach = 1e-3 * arguments.next().and_then(|reach| reach.parse().ok()).unwrap_or(1e3 * REACH);
+    let push = arguments.next().and_then(|push| push.parse().ok()).unwrap_or(PUSH);
     let timed = arguments.next().and_then(|count| count.parse().ok()).unwrap_or(TIMED);
     let scene = Scene::read(Path::new(&scene))?;
     let (mesh, _) = read_body(&scene)?;
@@ -49,7 +50,7 @@ fn main() -> Result<()> {
     );
     let tip: Vec<u32> = mesh.groups.get("tip").cloned().unwrap_or_default();
     let tip: Vec<u32> = tip.iter().map(|&file| twin.body.model_node[file as usize]).collect();
-    compare(&twin, &chain, &tip, count, reach)?;
+    compare(&twin, &chain, &tip, count, (reach, push))?;
     time(&twin, &chain, timed)
 }
 
@@ -74,7 +75,7 @@ fn kind(twin: &Twin, j: usize) -> Kind {
 }
 
 /// Prints the errors of `count` equilibria.
-fn compare(twin: &Twin, chain: &Chain, tip: &[u32], count: usize, reach: f64) -> Result<()> {
+fn compare(twin: &Twin, chain: &Chain, tip: &[u32], count: usize, (reach, push): (f64, f64)) -> Result<()> {
     let mut rng = hysteron_base::rng(1, "chain/accuracy");
     let (mut fine, mut coarse) = (Stepper::new(twin), ChainStepper::new(twin, chain));
     let rest = Vector3::from(twin.tip_of(&twin.rest()));
@@ -85,7 +86,7 @@ fn compare(twin: &Twin, chain: &Chain, tip: &[u32], count: usize, reach: f64) ->
         let targets: Vec<Target> = (0..twin.tendons.len())
             .map(|j| match kind(twin, j) {
                 Kind::Driven => Target::Stroke(rng.random_range(-reach..reach)),
-                Kind::Auxiliary => Target::Tension(rng.random_range(-PUSH..PUSH)),
+                Kind::Auxiliary => Target::Tension(push * rng.random_range(-1.0..1.0)),
                 Kind::Held => twin.tendons[j].resting_target(),
             })
             .collect();
