@@ -1,9 +1,10 @@
 //! Energy of a chain, and the residual of its equilibrium.
 
+use hysteron_base::lanes::{LANES, Simd, WithSimd};
 use nalgebra::{Matrix3, Vector3};
 
 use super::band::BlockVector;
-use super::body::{Chain, Site};
+use super::body::{Chain, Part, Site};
 use super::section::{Interface, SectionPose};
 use super::{BLOCK, PADDED, Strain};
 use crate::cable::CableShape;
@@ -83,14 +84,13 @@ impl ChainBalance {
         for (end, interface) in self.ends.iter_mut().zip(&interfaces[1..]) {
             *end = interface.rotation;
         }
-        for ((part, lever), position) in chain.parts.iter().zip(&mut self.levers).zip(&mut self.positions) {
-            let pose = &self.poses[part.site.section()];
-            *lever = part.arm + deformed(&part.shape, &pose.strain);
+        chain.isa.run(Levers { parts: &chain.parts, poses: &self.poses, levers: &mut self.levers });
+        for ((part, lever), position) in chain.parts.iter().zip(&self.levers).zip(&mut self.positions) {
             let (center, rotation) = match part.site {
-                Site::Within(_) => (pose.center, pose.rotation),
-                Site::End(e) => (interfaces[e + 1].center, interfaces[e + 1].rotation),
+                Site::Within(e) => (&self.poses[e].center, &self.poses[e].rotation),
+                Site::End(e) => (&interfaces[e + 1].center, &interfaces[e + 1].rotation),
             };
-            let at = part.share * center + rotation * *lever;
+            let at = part.share * center + rotation * lever;
             *position = [at[0], at[1], at[2], 0.0];
         }
         chain.cables.measure(&self.positions, &mut self.shape);
@@ -153,8 +153,9 @@ impl ChainBalance {
                     self.ends[e].tr_mul(&force)
                 }
             };
+            let stress = part.site.strain_mut(&mut pull.stress);
             for c in 0..3 {
-                for (stress, shape) in pull.stress.iter_mut().zip(&part.shape[c]) {
+                for (stress, shape) in stress.iter_mut().zip(part.site.strain(&part.shape[c])) {
                     *stress += local[c] * shape;
                 }
             }
@@ -195,18 +196,32 @@ impl ChainBalance {
     }
 }
 
-/// Ψ ε.
-pub(crate) fn deformed(shape: &[Strain; 3], strain: &Strain) -> Vector3<f64> {
-    let product = |row: &Strain| {
-        let mut sums = [0.0; 8];
-        for (row, strain) in row.as_chunks::<8>().0.iter().zip(strain.as_chunks::<8>().0) {
-            for lane in 0..8 {
-                sums[lane] += row[lane] * strain[lane];
+/// Writes the lever of every part, arm + Ψ ε.
+struct Levers<'a> {
+    parts: &'a [Part],
+    poses: &'a [SectionPose],
+    levers: &'a mut [Vector3<f64>],
+}
+
+impl WithSimd for Levers<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        for (part, lever) in self.parts.iter().zip(self.levers) {
+            let strain = part.site.strain(&self.poses[part.site.section()].strain);
+            for c in 0..3 {
+                let mut sums = [0.0; LANES];
+                let row = part.site.strain(&part.shape[c]);
+                for (row, strain) in row.as_chunks::<LANES>().0.iter().zip(strain.as_chunks::<LANES>().0) {
+                    for lane in 0..LANES {
+                        sums[lane] += row[lane] * strain[lane];
+                    }
+                }
+                lever[c] = part.arm[c] + sums.iter().sum::<f64>();
             }
         }
-        sums.iter().sum::<f64>()
-    };
-    Vector3::new(product(&shape[0]), product(&shape[1]), product(&shape[2]))
+    }
 }
 
 /// Adds the pulls' forces on the free interfaces, moments over `lever`.

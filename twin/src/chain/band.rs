@@ -7,7 +7,7 @@
 //! # Reference
 //! Golub, Van Loan (2013), Matrix Computations, sec. 4.1 (L D Lᵀ) and 4.3 (band systems).
 
-use hysteron_base::lanes::Isa;
+use hysteron_base::lanes::{Isa, Simd, WithSimd};
 
 use super::BLOCK;
 
@@ -90,22 +90,7 @@ impl BlockSkyline {
         let mut sum = self.blocks[target];
         // Off the diagonal the left block is already divided by its pivots, on it the two are the same.
         let scale = if row == column { self.inverse[k] } else { [1.0; BLOCK] };
-        let (left, right) = (&self.blocks[left], &self.blocks[right]);
-        self.isa.run(
-            #[inline(always)]
-            || {
-                for s in 0..BLOCK {
-                    let mut line = sum[s];
-                    for t in 0..BLOCK {
-                        let factor = left[t][s] * scale[t];
-                        for r in 0..BLOCK {
-                            line[r] -= factor * right[t][r];
-                        }
-                    }
-                    sum[s] = line;
-                }
-            },
-        );
+        self.isa.run(Eliminate { left: &self.blocks[left], right: &self.blocks[right], scale: &scale, sum: &mut sum });
         self.blocks[target] = sum;
     }
 
@@ -113,45 +98,14 @@ impl BlockSkyline {
     fn substitute(&mut self, row: usize, column: usize) {
         let (diagonal, target) = (self.index(row, row), self.index(row, column));
         let factor = self.blocks[diagonal];
-        let block = &mut self.blocks[target];
-        self.isa.run(
-            #[inline(always)]
-            || {
-                for t in 1..BLOCK {
-                    let mut line = block[t];
-                    for s in 0..t {
-                        for r in 0..BLOCK {
-                            line[r] -= factor[s][t] * block[s][r];
-                        }
-                    }
-                    block[t] = line;
-                }
-            },
-        );
+        self.isa.run(Substitute { factor: &factor, block: &mut self.blocks[target] });
     }
 
     /// Factorises the diagonal block of a column whose other blocks are done, and divides those by their pivots.
     fn factorize_diagonal(&mut self, column: usize) -> Option<usize> {
         let index = self.index(column, column);
-        let block = &mut self.blocks[index];
-        let mut negative = 0;
-        for s in 0..BLOCK {
-            let pivot = block[s][s];
-            if pivot == 0.0 || !pivot.is_finite() {
-                return None;
-            }
-            negative += usize::from(pivot < 0.0);
-            let inverse = 1.0 / pivot;
-            self.inverse[column][s] = inverse;
-            let line = block[s];
-            for t in s + 1..BLOCK {
-                let factor = line[t] * inverse;
-                for r in t..BLOCK {
-                    block[t][r] -= factor * line[r];
-                }
-                block[s][t] = factor;
-            }
-        }
+        let diagonal = Diagonal { block: &mut self.blocks[index], inverse: &mut self.inverse[column] };
+        let negative = self.isa.run(diagonal)?;
         for k in self.first[column]..column {
             let index = self.index(k, column);
             for (line, inverse) in self.blocks[index].iter_mut().zip(&self.inverse[k]) {
@@ -165,10 +119,7 @@ impl BlockSkyline {
 
     /// Replaces `x` by K⁻¹ x; only after [`Self::factorize`].
     pub fn solve(&self, x: &mut [BlockVector]) {
-        self.isa.run(
-            #[inline(always)]
-            || self.substitute_all(x),
-        );
+        self.isa.run(Solve { factor: self, x });
     }
 
     #[inline(always)]
@@ -215,6 +166,102 @@ impl BlockSkyline {
                 }
             }
         }
+    }
+}
+
+// No closures: one that is not inlined is compiled by itself, without the instruction set that the dispatch chose.
+
+struct Eliminate<'a> {
+    left: &'a Block,
+    right: &'a Block,
+    scale: &'a BlockVector,
+    sum: &'a mut Block,
+}
+
+impl WithSimd for Eliminate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        for s in 0..BLOCK {
+            let mut line = self.sum[s];
+            for t in 0..BLOCK {
+                let factor = self.left[t][s] * self.scale[t];
+                for r in 0..BLOCK {
+                    line[r] -= factor * self.right[t][r];
+                }
+            }
+            self.sum[s] = line;
+        }
+    }
+}
+
+struct Substitute<'a> {
+    factor: &'a Block,
+    block: &'a mut Block,
+}
+
+impl WithSimd for Substitute<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        for t in 1..BLOCK {
+            let mut line = self.block[t];
+            for s in 0..t {
+                for r in 0..BLOCK {
+                    line[r] -= self.factor[s][t] * self.block[s][r];
+                }
+            }
+            self.block[t] = line;
+        }
+    }
+}
+
+struct Diagonal<'a> {
+    block: &'a mut Block,
+    inverse: &'a mut BlockVector,
+}
+
+impl WithSimd for Diagonal<'_> {
+    type Output = Option<usize>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> Option<usize> {
+        let mut negative = 0;
+        for s in 0..BLOCK {
+            let pivot = self.block[s][s];
+            if pivot == 0.0 || !pivot.is_finite() {
+                return None;
+            }
+            negative += usize::from(pivot < 0.0);
+            let inverse = 1.0 / pivot;
+            self.inverse[s] = inverse;
+            let line = self.block[s];
+            for t in s + 1..BLOCK {
+                let factor = line[t] * inverse;
+                // Left of the diagonal are numbers that nothing reads.
+                for r in 0..BLOCK {
+                    self.block[t][r] -= factor * line[r];
+                }
+                self.block[s][t] = factor;
+            }
+        }
+        Some(negative)
+    }
+}
+
+struct Solve<'a> {
+    factor: &'a BlockSkyline,
+    x: &'a mut [BlockVector],
+}
+
+impl WithSimd for Solve<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        self.factor.substitute_all(self.x);
     }
 }
 

@@ -35,6 +35,22 @@ impl Site {
         }
     }
 
+    /// The strains that it moves with, whole registers of them.
+    pub fn strain(self, strain: &Strain) -> &[f64] {
+        match self {
+            Self::End(_) => &strain[POSE + WARPINGS..],
+            Self::Within(_) => strain,
+        }
+    }
+
+    /// The same, to change.
+    pub fn strain_mut(self, strain: &mut Strain) -> &mut [f64] {
+        match self {
+            Self::End(_) => &mut strain[POSE + WARPINGS..],
+            Self::Within(_) => strain,
+        }
+    }
+
     /// First interface that moves it, counted from the clamp.
     pub fn first(self) -> usize {
         match self {

@@ -47,22 +47,29 @@ impl Cubic {
     /// Adds A ε to a matrix by rows.
     pub fn add_tangent(&self, isa: Isa, strain: &Strain, tangent: &mut [Strain; STRAIN]) {
         let mut half = [[0.0; PADDED]; STRAIN];
-        let half_of = &mut half;
-        isa.run(
-            #[inline(always)]
-            || self.half_tangent(strain, half_of),
-        );
+        isa.run(HalfTangent { cubic: &self.0, strain, half: &mut half });
         for i in 0..STRAIN {
             for k in 0..STRAIN {
                 tangent[i][k] += half[i][k] + half[k][i];
             }
         }
     }
+}
 
-    /// A matrix that with its transpose adds up to A ε.
+/// Adds a matrix to `half` that with its transpose is A ε.
+struct HalfTangent<'a> {
+    cubic: &'a [Pack],
+    strain: &'a Strain,
+    half: &'a mut [Strain; STRAIN],
+}
+
+impl WithSimd for HalfTangent<'_> {
+    type Output = ();
+
     #[inline(always)]
-    fn half_tangent(&self, strain: &Strain, half: &mut [Strain; STRAIN]) {
-        let mut packs = self.0.iter();
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let Self { cubic, strain, half } = self;
+        let mut packs = cubic.iter();
         for j in 0..STRAIN {
             for i in 0..=j {
                 let mut products = [0.0; LANES];

@@ -7,7 +7,7 @@
 //! Simo, Vu-Quoc (1986), A three-dimensional finite-strain rod model, part II; Jelenić, Crisfield (1999), Geometrically exact 3D
 //! beam theory: implementation of a strain-invariant finite element.
 
-use hysteron_base::lanes::Isa;
+use hysteron_base::lanes::{Isa, Simd, WithSimd};
 use nalgebra::{Matrix3, Vector3};
 
 use super::band::BlockVector;
@@ -44,17 +44,7 @@ impl SectionLaw {
         self.cubic.add_stress(isa, strain, &mut stress);
         let cubic: f64 = stress.iter().zip(strain).map(|(s, e)| s * e).sum::<f64>() / 3.0;
         let mut linear = [0.0; PADDED];
-        let linear_of = &mut linear;
-        isa.run(
-            #[inline(always)]
-            || {
-                for (row, strain) in self.stiffness.iter().zip(strain) {
-                    for k in 0..PADDED {
-                        linear_of[k] += row[k] * strain;
-                    }
-                }
-            },
-        );
+        isa.run(Linear { stiffness: &self.stiffness, strain, stress: &mut linear });
         let mut energy = cubic;
         for k in 0..STRAIN {
             energy += 0.5 * linear[k] * strain[k];
@@ -68,6 +58,28 @@ impl SectionLaw {
         let mut tangent = self.stiffness;
         self.cubic.add_tangent(isa, strain, &mut tangent);
         tangent
+    }
+}
+
+/// Adds K ε.
+struct Linear<'a> {
+    stiffness: &'a [Strain; STRAIN],
+    strain: &'a Strain,
+    stress: &'a mut Strain,
+}
+
+impl WithSimd for Linear<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let mut sum = *self.stress;
+        for (row, strain) in self.stiffness.iter().zip(self.strain) {
+            for k in 0..PADDED {
+                sum[k] += row[k] * strain;
+            }
+        }
+        *self.stress = sum;
     }
 }
 
