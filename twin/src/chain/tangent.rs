@@ -14,13 +14,14 @@
 //!
 //! [`HalfAngle`]: super::rotation::HalfAngle
 
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use hysteron_base::lanes::{Simd, WithSimd};
+use nalgebra::{Matrix3, Vector3};
 
 use super::band::{Block, BlockSkyline, BlockVector};
 use super::balance::ChainBalance;
 use super::body::{Chain, Part, Site};
 use super::section::{SectionPose, head, middle};
-use super::{BLOCK, POSE, STRAIN, Strain, WARPINGS};
+use super::{BLOCK, PADDED, POSE, STRAIN, Strain, WARPINGS};
 use crate::cable::direction;
 
 /// Numbers of z: a strain, in which D takes the place of δv, and a spin.
@@ -30,12 +31,12 @@ const BY_POSE: [usize; 9] = [0, 1, 2, 3, 4, 5, STRAIN, STRAIN + 1, STRAIN + 2];
 /// Unknowns of a section: both interfaces.
 const BOTH: usize = 2 * BLOCK;
 
-/// A quadratic form of z, or rows of a linear map of z, padded.
+/// Numbers by z, padded, or by the unknowns of both interfaces.
 type Variation = [f64; BOTH];
-const _: () = assert!(VARIATION <= BOTH);
+const _: () = assert!(VARIATION <= BOTH && PADDED == BOTH);
 
-/// Rows of z by the poses: displacement and rotation of the first interface, then of the second.
-type PoseMap = SMatrix<f64, 9, 12>;
+/// Rows [`BY_POSE`] of z by the unknowns of both interfaces.
+type PoseMap = [Variation; 9];
 
 /// The tangent's pattern, and what its assembly needs.
 #[derive(Debug, Clone)]
@@ -52,7 +53,7 @@ impl TangentAssembly {
     pub fn new(chain: &Chain) -> Self {
         let spans = chain.segments.iter().map(|segment| span(chain, segment.first)).map(|(low, high)| high - low + 1);
         Self {
-            maps: vec![PoseMap::zeros(); chain.n_sections()],
+            maps: vec![[[0.0; BOTH]; 9]; chain.n_sections()],
             moves: vec![[[0.0; BOTH]; 3]; chain.parts.len()],
             segment: vec![[[0.0; BLOCK]; 3]; spans.max().unwrap_or(1)],
         }
@@ -80,39 +81,11 @@ impl TangentAssembly {
         tensions: &[f64],
         tangent: &mut BlockSkyline,
     ) {
-        tangent.clear();
-        for (map, pose) in self.maps.iter_mut().zip(&balance.poses) {
-            *map = pose_map(pose, chain.lever);
-        }
-        for (e, pose) in balance.poses.iter().enumerate() {
-            let law = chain.laws[e].tangent(chain.isa, &pose.strain);
-            let mut form = with_spin(&law, pose);
-            add_geometric(&mut form, pose, &balance.net[e].stress, &balance.net[e].moment);
-            for (p, part) in chain.parts.iter().enumerate().filter(|(_, part)| part.site == Site::Within(e)) {
-                add_lever(&mut form, pose, part, &balance.levers[p], &balance.forces[p]);
-            }
-            add_section(e, &self.maps[e], &form, tangent);
-        }
-        for (p, part) in chain.parts.iter().enumerate() {
-            self.moves[p] = match part.site {
-                Site::Within(e) => part_move(part, &balance.poses[e], &balance.levers[p], &self.maps[e]),
-                Site::End(e) => {
-                    let lever = balance.ends[e] * balance.levers[p];
-                    let moves = end_move(part, &balance.ends[e], &lever, chain.lever);
-                    add_end_lever(tangent.block(e, e), &moves, &lever, &balance.forces[p], chain.lever);
-                    moves
-                }
-            };
-        }
-        for segment in &chain.segments {
-            let tension: f64 = segment.cables.iter().map(|&j| tensions[j]).sum();
-            if tension != 0.0 {
-                self.add_segment(chain, balance, segment.first, tension, tangent);
-            }
-        }
+        chain.isa.run(Assemble { assembly: self, chain, balance, tensions, tangent });
     }
 
     /// Adds T/ℓ (1 - t tᵀ) between the two ends of a segment.
+    #[inline(always)]
     fn add_segment(
         &mut self,
         chain: &Chain,
@@ -160,6 +133,54 @@ impl TangentAssembly {
     }
 }
 
+/// The whole assembly in one function: what it calls is inlined and compiled for the widest registers.
+struct Assemble<'a> {
+    assembly: &'a mut TangentAssembly,
+    chain: &'a Chain,
+    balance: &'a ChainBalance,
+    tensions: &'a [f64],
+    tangent: &'a mut BlockSkyline,
+}
+
+impl WithSimd for Assemble<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let Self { assembly, chain, balance, tensions, tangent } = self;
+        tangent.clear();
+        for (map, pose) in assembly.maps.iter_mut().zip(&balance.poses) {
+            *map = pose_map(pose, chain.lever);
+        }
+        for (e, pose) in balance.poses.iter().enumerate() {
+            let law = chain.laws[e].tangent(chain.isa, &pose.strain);
+            let mut form = with_spin(&law, pose);
+            add_geometric(&mut form, pose, &balance.net[e].stress, &balance.net[e].moment);
+            for (p, part) in chain.parts.iter().enumerate().filter(|(_, part)| part.site == Site::Within(e)) {
+                add_lever(&mut form, pose, part, &balance.levers[p], &balance.forces[p]);
+            }
+            add_section(e, &assembly.maps[e], &form, tangent);
+        }
+        for (p, part) in chain.parts.iter().enumerate() {
+            assembly.moves[p] = match part.site {
+                Site::Within(e) => part_move(part, &balance.poses[e], &balance.levers[p], &assembly.maps[e]),
+                Site::End(e) => {
+                    let lever = balance.ends[e] * balance.levers[p];
+                    let moves = end_move(part, &balance.ends[e], &lever, chain.lever);
+                    add_end_lever(tangent.block(e, e), &moves, &lever, &balance.forces[p], chain.lever);
+                    moves
+                }
+            };
+        }
+        for segment in &chain.segments {
+            let tension: f64 = segment.cables.iter().map(|&j| tensions[j]).sum();
+            if tension != 0.0 {
+                assembly.add_segment(chain, balance, segment.first, tension, tangent);
+            }
+        }
+    }
+}
+
 /// First and last interface that carry the segment from point `first` on; the same where nothing carries it.
 fn span(chain: &Chain, first: usize) -> (usize, usize) {
     let carriers = [first, first + 1].into_iter().flat_map(|point| chain.cables.carriers(point));
@@ -169,25 +190,34 @@ fn span(chain: &Chain, first: usize) -> (usize, usize) {
     if low > high { (0, 0) } else { (low, high) }
 }
 
+#[inline(always)]
 fn pose_map(pose: &SectionPose, lever: f64) -> PoseMap {
     let back = pose.rotation.transpose();
     let turned = pose.spread_inverse * back / lever;
     let skewed = 0.5 * pose.coefficients.kappa * pose.half.cross_matrix() * turned;
     let half = 0.5 / lever * back;
-    let mut map = PoseMap::zeros();
-    let mut set = |row: usize, column: usize, part: Matrix3<f64>| {
-        map.fixed_view_mut::<3, 3>(row, column).copy_from(&part);
-    };
-    set(0, 0, -back);
-    set(0, 6, back);
-    set(3, 3, -turned);
-    set(3, 9, turned);
-    set(6, 3, half + skewed);
-    set(6, 9, half - skewed);
+    let mut map = [[0.0; BOTH]; 9];
+    set(&mut map, 0, 0, &-back);
+    set(&mut map, 0, BLOCK, &back);
+    set(&mut map, 3, 3, &-turned);
+    set(&mut map, 3, BLOCK + 3, &turned);
+    set(&mut map, 6, 3, &(half + skewed));
+    set(&mut map, 6, BLOCK + 3, &(half - skewed));
     map
 }
 
+/// Sets a block of some rows.
+#[inline(always)]
+fn set(rows: &mut [Variation], row: usize, column: usize, block: &Matrix3<f64>) {
+    for i in 0..3 {
+        for j in 0..3 {
+            rows[row + i][column + j] = block[(i, j)];
+        }
+    }
+}
+
 /// The quadratic form of the strain by z: δv = D + v × ω.
+#[inline(always)]
 fn with_spin(law: &[Strain; STRAIN], pose: &SectionPose) -> [Variation; VARIATION] {
     let mut form = [[0.0; BOTH]; VARIATION];
     let turn = pose.chord.cross_matrix();
@@ -206,6 +236,7 @@ fn with_spin(law: &[Strain; STRAIN], pose: &SectionPose) -> [Variation; VARIATIO
 }
 
 /// Adds a block at (row, column), and its transpose across where it is off the diagonal; on it the block is made symmetric.
+#[inline(always)]
 fn add_block(form: &mut [Variation; VARIATION], row: usize, column: usize, block: &Matrix3<f64>) {
     for i in 0..3 {
         for j in 0..3 {
@@ -216,6 +247,7 @@ fn add_block(form: &mut [Variation; VARIATION], row: usize, column: usize, block
 }
 
 /// Adds the terms of the module's documentation that N̂, M̂ and τ̂ make.
+#[inline(always)]
 fn add_geometric(form: &mut [Variation; VARIATION], pose: &SectionPose, stress: &Strain, moment: &Vector3<f64>) {
     let (n, v, eta) = (head(stress), pose.chord, pose.half);
     let coefficients = pose.coefficients;
@@ -238,6 +270,7 @@ fn add_geometric(form: &mut [Variation; VARIATION], pose: &SectionPose, stress: 
 }
 
 /// Adds the terms of a force at a part's lever.
+#[inline(always)]
 fn add_lever(
     form: &mut [Variation; VARIATION],
     pose: &SectionPose,
@@ -269,76 +302,90 @@ fn add_lever(
 }
 
 /// Adds a section's form to the blocks of its interfaces.
+#[inline(always)]
 fn add_section(e: usize, map: &PoseMap, form: &[Variation; VARIATION], tangent: &mut BlockSkyline) {
-    // Form times the map: every row of z by the poses.
-    let mut by_pose = [[0.0; 12]; VARIATION];
-    for (line, form) in by_pose.iter_mut().zip(form) {
-        for (r, &row) in BY_POSE.iter().enumerate() {
-            for k in 0..12 {
-                line[k] += form[row] * map[(r, k)];
+    // Every row of the form by the unknowns, then every unknown.
+    let mut by_unknown = [[0.0; BOTH]; VARIATION];
+    for (line, form) in by_unknown.iter_mut().zip(form) {
+        let mut sum = warpings_of(form);
+        for (map, &row) in map.iter().zip(&BY_POSE) {
+            for k in 0..BOTH {
+                sum[k] += form[row] * map[k];
             }
+        }
+        *line = sum;
+    }
+    let row = |side: usize, k: usize| {
+        if k >= POSE {
+            return by_unknown[WARPINGS * side + k];
+        }
+        let mut sum = [0.0; BOTH];
+        for (map, &row) in map.iter().zip(&BY_POSE) {
+            let factor = map[BLOCK * side + k];
+            for (sum, number) in sum.iter_mut().zip(&by_unknown[row]) {
+                *sum += factor * number;
+            }
+        }
+        sum
+    };
+    for k in 0..BLOCK {
+        add_line(&mut tangent.block(e, e)[k], &row(1, k)[BLOCK..]);
+        if e > 0 {
+            let line = row(0, k);
+            add_line(&mut tangent.block(e - 1, e - 1)[k], &line[..BLOCK]);
+            add_line(&mut tangent.block(e - 1, e)[k], &line[BLOCK..]);
         }
     }
-    let mut poses = [[0.0; 12]; 12];
-    for (r, &row) in BY_POSE.iter().enumerate() {
-        for i in 0..12 {
-            for k in 0..12 {
-                poses[i][k] += map[(r, i)] * by_pose[row][k];
-            }
-        }
-    }
-    // Unknown k of interface `side`: a pose or a warping.
-    let entry = |side: usize, k: usize, other: usize, l: usize| {
-        let warping = |side: usize, k: usize| POSE + WARPINGS * side + k - POSE;
-        match (k < POSE, l < POSE) {
-            (true, true) => poses[POSE * side + k][POSE * other + l],
-            (true, false) => by_pose[warping(other, l)][POSE * side + k],
-            (false, true) => by_pose[warping(side, k)][POSE * other + l],
-            (false, false) => form[warping(side, k)][warping(other, l)],
-        }
-    };
-    let add = |block: &mut Block, side: usize, other: usize| {
-        for (k, line) in block.iter_mut().enumerate() {
-            for (l, number) in line.iter_mut().enumerate() {
-                *number += entry(side, k, other, l);
-            }
-        }
-    };
-    add(tangent.block(e, e), 1, 1);
-    if e > 0 {
-        add(tangent.block(e - 1, e - 1), 0, 0);
-        add(tangent.block(e - 1, e), 0, 1);
+}
+
+/// Numbers by z as numbers by the unknowns, of the warpings alone.
+#[inline(always)]
+fn warpings_of(by_variation: &Variation) -> Variation {
+    let mut by_unknown = [0.0; BOTH];
+    by_unknown[POSE..BLOCK].copy_from_slice(&by_variation[POSE..BLOCK]);
+    by_unknown[BLOCK + POSE..].copy_from_slice(&by_variation[BLOCK..STRAIN]);
+    by_unknown
+}
+
+#[inline(always)]
+fn add_line(line: &mut BlockVector, numbers: &[f64]) {
+    for (line, number) in line.iter_mut().zip(numbers) {
+        *line += number;
     }
 }
 
 /// Move of a part in space by the unknowns of both interfaces: ½ share (δc_a + δc_b) + R_e (ω × r + Ψ δε).
+#[inline(always)]
 fn part_move(part: &Part, pose: &SectionPose, lever: &Vector3<f64>, map: &PoseMap) -> [Variation; 3] {
     let shape = |first: usize| Matrix3::from_fn(|c, k| part.shape[c][first + k]);
     let by_chord = pose.rotation * shape(0);
     let by_spin = by_chord * pose.chord.cross_matrix() - pose.rotation * lever.cross_matrix();
-    let mut rows = SMatrix::<f64, 3, 9>::zeros();
-    rows.fixed_view_mut::<3, 3>(0, 0).copy_from(&by_chord);
-    rows.fixed_view_mut::<3, 3>(0, 3).copy_from(&(pose.rotation * shape(3)));
-    rows.fixed_view_mut::<3, 3>(0, 6).copy_from(&by_spin);
-    let by_pose = rows * map;
+    let by_curvature = pose.rotation * shape(3);
     let mut moves = [[0.0; BOTH]; 3];
     for c in 0..3 {
-        for side in 0..2 {
-            let own = &mut moves[c][BLOCK * side..][..BLOCK];
-            for k in 0..POSE {
-                own[k] = by_pose[(c, POSE * side + k)];
-            }
-            own[c] += 0.5 * part.share;
-            for k in 0..WARPINGS {
-                let first = POSE + WARPINGS * side + k;
-                own[POSE + k] = (0..3).map(|i| pose.rotation[(c, i)] * part.shape[i][first]).sum();
+        let mut turned = [0.0; PADDED];
+        for i in 0..3 {
+            for k in 0..PADDED {
+                turned[k] += pose.rotation[(c, i)] * part.shape[i][k];
             }
         }
+        let mut sum = warpings_of(&turned);
+        for (first, block) in [(0, &by_chord), (3, &by_curvature), (6, &by_spin)] {
+            for i in 0..3 {
+                for k in 0..BOTH {
+                    sum[k] += block[(c, i)] * map[first + i][k];
+                }
+            }
+        }
+        sum[c] += 0.5 * part.share;
+        sum[BLOCK + c] += 0.5 * part.share;
+        moves[c] = sum;
     }
     moves
 }
 
 /// Move of a part of an end interface in space by the unknowns of that: share δc + δθ × r + R Φ δw, the lever r in space.
+#[inline(always)]
 fn end_move(part: &Part, rotation: &Matrix3<f64>, lever: &Vector3<f64>, unit: f64) -> [Variation; 3] {
     let turn = lever.cross_matrix() / -unit;
     let mut moves = [[0.0; BOTH]; 3];
@@ -356,6 +403,7 @@ fn end_move(part: &Part, rotation: &Matrix3<f64>, lever: &Vector3<f64>, unit: f6
 }
 
 /// Adds (f·r) |δθ|² - (f·δθ)(r·δθ) + 2 δθ·(f × R Φ δw) of a force on a part of an end interface, all in space.
+#[inline(always)]
 fn add_end_lever(block: &mut Block, moves: &[Variation; 3], lever: &Vector3<f64>, force: &[f64; 4], unit: f64) {
     let force = Vector3::new(force[0], force[1], force[2]);
     if force == Vector3::zeros() {
