@@ -119,21 +119,25 @@ impl Cables {
         &self.points[point].carriers
     }
 
+    /// Where a point of all is without what carries it [m].
+    pub(crate) fn offset(&self, point: usize) -> [f64; 3] {
+        self.points[point].offset
+    }
+
     /// True where the segments that begin at points `p` and `q` of all are one and the same.
     pub(crate) fn is_same_segment(&self, p: usize, q: usize) -> bool {
         self.points[p..p + 2] == self.points[q..q + 2]
     }
 
-    /// The same cables on another body: `map` gives where each point is without it [m], in addition to what is said here, and
-    /// what carries the point there instead of `carriers`.
-    pub(crate) fn carried_by(&self, mut map: impl FnMut(&[(u32, f64)]) -> ([f64; 3], Vec<(u32, f64)>)) -> Self {
+    /// The same cables on another body: `map` turns where each point is without the body [m], and what carries it, into those
+    /// of the other.
+    pub(crate) fn carried_by(
+        &self,
+        mut map: impl FnMut([f64; 3], &[(u32, f64)]) -> ([f64; 3], Vec<(u32, f64)>),
+    ) -> Self {
         let mut new = self.clone();
         for point in &mut new.points {
-            let (offset, carriers) = map(&point.carriers);
-            for c in 0..3 {
-                point.offset[c] += offset[c];
-            }
-            point.carriers = carriers;
+            (point.offset, point.carriers) = map(point.offset, &point.carriers);
         }
         new
     }

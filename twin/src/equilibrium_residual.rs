@@ -87,12 +87,19 @@ const NEGLIGIBLE_STRAIN: f64 = 1e-7;
 const ROUND_OFF: f64 = 4e-15;
 
 /// Stress below which forces count as none [Pa]: never so little that the accuracy asked for would be below round-off.
-pub(crate) fn least_stress(material: &Material, relative_residual: f64) -> f64 {
+fn least_stress(material: &Material, relative_residual: f64) -> f64 {
     let Material { youngs_modulus, poisson_ratio, .. } = *material;
     // λ + 2 μ
     let wave_modulus =
         youngs_modulus * (1.0 - poisson_ratio) / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio));
     (NEGLIGIBLE_STRAIN * youngs_modulus).max(ROUND_OFF / relative_residual * wave_modulus)
+}
+
+/// Force below which forces on a twin's body count as none [N].
+pub(crate) fn least_force(twin: &Twin) -> f64 {
+    let volume: f64 = twin.body.nodal_volumes.iter().sum();
+    // The accuracy asked for may change between steps.
+    least_stress(&twin.body.material, twin.accuracy.relative_residual) * volume.powf(2.0 / 3.0)
 }
 
 impl EquilibriumResidual {

@@ -43,6 +43,8 @@ pub(crate) struct ChainBalance {
     pulls: Vec<SectionPull>,
     /// Elastic energy [J].
     pub energy: f64,
+    /// Largest strain of a section, the root of twice its quadratic energy over E V [-].
+    pub strain: f64,
     /// Internal minus applied forces per unknown, moments over the chain's lever [N].
     pub residual: Vec<BlockVector>,
     applied: Vec<BlockVector>,
@@ -68,6 +70,7 @@ impl ChainBalance {
             net: vec![NO_PULL; n],
             pulls: vec![NO_PULL; n],
             energy: 0.0,
+            strain: 0.0,
             residual: vec![[0.0; BLOCK]; n],
             applied: vec![[0.0; BLOCK]; n],
             relative: f64::INFINITY,
@@ -86,11 +89,7 @@ impl ChainBalance {
         }
         chain.isa.run(Levers { parts: &chain.parts, poses: &self.poses, levers: &mut self.levers });
         for ((part, lever), position) in chain.parts.iter().zip(&self.levers).zip(&mut self.positions) {
-            let (center, rotation) = match part.site {
-                Site::Within(e) => (&self.poses[e].center, &self.poses[e].rotation),
-                Site::End(e) => (&interfaces[e + 1].center, &interfaces[e + 1].rotation),
-            };
-            let at = part.share * center + rotation * lever;
+            let at = part.at(&self.poses[part.site.section()], interfaces, lever);
             *position = [at[0], at[1], at[2], 0.0];
         }
         chain.cables.measure(&self.positions, &mut self.shape);
@@ -109,12 +108,13 @@ impl ChainBalance {
         self.collect(chain);
         self.applied.fill([0.0; BLOCK]);
         spread(&self.poses, &self.pulls, chain.lever, &mut self.applied);
-        self.energy = 0.0;
+        (self.energy, self.strain) = (0.0, 0.0);
         for (((law, pose), pull), net) in
             chain.laws.iter().zip(&self.poses).zip(&self.pulls).zip(&mut self.net)
         {
-            let (stress, energy) = law.stress(chain.isa, &pose.strain);
-            self.energy += energy;
+            let (stress, [quadratic, cubic]) = law.stress(chain.isa, &pose.strain);
+            self.energy += quadratic + cubic;
+            self.strain = self.strain.max((2.0 * quadratic / law.scale).sqrt());
             net.force = -pull.force;
             net.moment = -pull.moment;
             net.end_force = -pull.end_force;

@@ -2,20 +2,25 @@
 
 use hysteron_base::lanes::Isa;
 use hysteron_fem::FemModel;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
 use super::band::BlockVector;
 use super::condense::{Condensed, condense};
 use super::cut::Cut;
 use super::rotation::{exp, orthonormal};
-use super::section::{Interface, SectionLaw};
+use super::section::{Interface, SectionLaw, SectionPose};
+use super::validation::Validation;
 use super::warping::{interfaces, rest};
 use super::{PADDED, POSE, Strain, WARPINGS};
 use crate::Result;
 use crate::cable::Cables;
-use crate::equilibrium_residual::least_stress;
+use crate::equilibrium_residual::least_force;
 use crate::model::{Accuracy, Twin};
+use crate::registration::Registration;
+
+/// Part of the largest validated strain up to which a step counts as within [-].
+const BEYOND: f64 = 1.25;
 
 /// What a part moves with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,6 +78,17 @@ pub(crate) struct Part {
     pub shape: [Strain; 3],
 }
 
+impl Part {
+    /// Position [m] with its lever in the frame of its site.
+    pub fn at(&self, pose: &SectionPose, interfaces: &[Interface], lever: &Vector3<f64>) -> Vector3<f64> {
+        let (center, rotation) = match self.site {
+            Site::Within(_) => (&pose.center, &pose.rotation),
+            Site::End(e) => (&interfaces[e + 1].center, &interfaces[e + 1].rotation),
+        };
+        self.share * center + rotation * lever
+    }
+}
+
 /// A weighted sum of nodes of the whole body.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PartSum {
@@ -100,12 +116,15 @@ pub struct Chain {
     pub(crate) parts: Vec<Part>,
     /// The twin's cables, carried by parts; what their ends sink in between interfaces counts as stretch.
     pub(crate) cables: Cables,
-    n_friction: usize,
-    n_backlash: usize,
+    pub(super) n_friction: usize,
+    pub(super) n_backlash: usize,
     pub(crate) segments: Vec<Segment>,
     /// Constant forces on parts [N].
     pub(crate) loads: Vec<(u32, [f64; 3])>,
-    tip: PartSum,
+    pub(super) tip: PartSum,
+    pub(super) tracker: Registration,
+    /// Compliance of the cables' ends within sections: (cable, cable, entry [m/N]).
+    pub(super) local_compliance: Vec<(usize, usize, f64)>,
     /// What a rotation of one radian counts as in norms: a radius of the body [m].
     pub(crate) lever: f64,
     pub(crate) accuracy: Accuracy,
@@ -113,6 +132,8 @@ pub struct Chain {
     pub(crate) least_force: f64,
     /// Largest asymmetry that the differences of the sections' forces have shown [-]: the accuracy of their cubic terms.
     pub asymmetry: f64,
+    /// Errors against the finite elements; `None` until measured.
+    pub validation: Option<Validation>,
 }
 
 /// A configuration of a chain.
@@ -160,7 +181,7 @@ impl Chain {
             .collect::<Result<_>>()?;
         let mut parts = Parts { body, cut: &cut, sections: &sections, parts: Vec::new() };
         let mut known: Vec<(Vec<(u32, f64)>, PartSum)> = Vec::new();
-        let mut cables = twin.cables.carried_by(|carriers| {
+        let mut cables = twin.cables.carried_by(|offset, carriers| {
             let sum = match known.iter().find(|(same, _)| same == carriers) {
                 Some((_, sum)) => sum.clone(),
                 None => {
@@ -169,14 +190,11 @@ impl Chain {
                     sum
                 }
             };
-            (sum.offset.into(), sum.parts)
+            ((sum.offset + Vector3::from(offset)).into(), sum.parts)
         });
-        for &(j, k, compliance) in sections.iter().flat_map(|section| &section.compliance) {
-            match cables.compliance[j].iter_mut().find(|(other, _)| *other == k) {
-                Some((_, known)) => *known += compliance,
-                None => cables.compliance[j].push((k, compliance)),
-            }
-        }
+        let local_compliance: Vec<(usize, usize, f64)> =
+            sections.iter().flat_map(|section| section.compliance.iter().copied()).collect();
+        add_compliance(&mut cables, &local_compliance);
         let tip: Vec<(u32, f64)> = twin.tip.nodes.iter().copied().zip(twin.tip.weights.iter().copied()).collect();
         let tip = parts.sum(&tip);
         let loads = parts.loads(&twin.loads);
@@ -197,9 +215,12 @@ impl Chain {
             parts,
             laws: sections.into_iter().map(|section| section.law).collect(),
             lever: (volume / length / std::f64::consts::PI).sqrt(),
-            least_force: least_stress(&body.material, twin.accuracy.relative_residual) * volume.powf(2.0 / 3.0),
+            least_force: least_force(twin),
             accuracy: twin.accuracy,
+            tracker: twin.tracker,
+            local_compliance,
             asymmetry,
+            validation: None,
         })
     }
 
@@ -224,16 +245,33 @@ impl Chain {
         }
     }
 
-    /// Position of the tip [m].
+    /// Position of the tip, in the frame in which it is recorded [m].
     pub fn tip_of(&self, state: &ChainState) -> [f64; 3] {
-        let mut balance = super::balance::ChainBalance::new(self);
-        balance.place(self, &state.interfaces);
         let mut at = self.tip.offset;
         for &(part, weight) in &self.tip.parts {
-            let [x, y, z, _] = balance.positions[part as usize];
-            at += weight * Vector3::new(x, y, z);
+            let part = &self.parts[part as usize];
+            let e = part.site.section();
+            let pose = SectionPose::new(&state.interfaces[e], &state.interfaces[e + 1], &self.laws[e].rest);
+            let deformed = |c: usize| part.shape[c].iter().zip(&pose.strain).map(|(a, b)| a * b).sum::<f64>();
+            let lever = part.arm + Vector3::from_fn(|c, _| deformed(c));
+            at += weight * part.at(&pose, &state.interfaces, &lever);
         }
-        at.into()
+        self.tracker.point(at.into())
+    }
+
+    /// Rotation of the last interface since rest, in the frame in which the tip is recorded.
+    pub fn tip_rotation_of(&self, state: &ChainState) -> UnitQuaternion<f64> {
+        let turn = state.interfaces.last().map_or_else(Matrix3::identity, |last| last.rotation);
+        let recorded = self.tracker.turn * turn * self.tracker.turn.transpose();
+        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(recorded))
+    }
+
+    /// How far a strain lies beyond those that were validated [-].
+    pub(crate) fn excess(&self, strain: f64) -> f64 {
+        match &self.validation {
+            Some(validation) if strain > BEYOND * validation.strain => strain / validation.strain - 1.0,
+            _ => 0.0,
+        }
     }
 
     /// Turns and moves every free interface by `factor` times a change of the unknowns.
@@ -311,6 +349,16 @@ impl Parts<'_> {
     }
 }
 
+/// Adds entries to C.
+pub(super) fn add_compliance(cables: &mut Cables, entries: &[(usize, usize, f64)]) {
+    for &(j, k, compliance) in entries {
+        match cables.compliance[j].iter_mut().find(|(other, _)| *other == k) {
+            Some((_, known)) => *known += compliance,
+            None => cables.compliance[j].push((k, compliance)),
+        }
+    }
+}
+
 /// J at rest, dense rows.
 fn rows_at_rest(twin: &Twin) -> Vec<Vec<f64>> {
     let mut shape = twin.cables.shape();
@@ -326,7 +374,7 @@ fn rows_at_rest(twin: &Twin) -> Vec<Vec<f64>> {
 }
 
 /// The distinct segments of all cables: those of friction run along their tendons.
-fn segments(cables: &Cables) -> Vec<Segment> {
+pub(super) fn segments(cables: &Cables) -> Vec<Segment> {
     let mut segments: Vec<Segment> = Vec::new();
     for j in 0..cables.len() {
         for p in cables.points_of(j).skip(1).map(|next| next - 1) {

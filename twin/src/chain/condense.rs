@@ -82,7 +82,12 @@ pub(crate) fn condense(
         stiffness[k][k] = strongest;
     }
     Ok(Condensed {
-        law: SectionLaw { rest: far.center - near.center, stiffness, cubic },
+        law: SectionLaw {
+            rest: far.center - near.center,
+            stiffness,
+            cubic,
+            scale: body.material.youngs_modulus * section.model.nodal_volumes.iter().sum::<f64>(),
+        },
         nodes: section.nodes,
         shapes,
         center: 0.5 * (near.center + far.center),

@@ -19,6 +19,38 @@ type Row = [f32; LANES];
 pub(crate) struct Cubic(Vec<Row>);
 
 impl Cubic {
+    /// Numbers of the polynomial.
+    pub const COEFFICIENTS: usize = STRAIN * (STRAIN + 1) * (STRAIN + 2) / 6;
+
+    /// The coefficients c_ijk, i <= j <= k, by j, then i, then k.
+    pub fn coefficients(&self) -> Vec<f32> {
+        let mut rows = self.0.iter();
+        let mut coefficients = Vec::with_capacity(Self::COEFFICIENTS);
+        for j in 0..STRAIN {
+            for _ in 0..=j {
+                let padded: Vec<f32> = rows.by_ref().take(PACKS - j / LANES).flatten().copied().collect();
+                coefficients.extend_from_slice(&padded[j % LANES..][..STRAIN - j]);
+            }
+        }
+        coefficients
+    }
+
+    /// From what [`Self::coefficients`] gave; their number is [`Self::COEFFICIENTS`].
+    pub fn from_coefficients(coefficients: &[f32]) -> Self {
+        let mut rows = Vec::new();
+        let mut rest = coefficients;
+        for j in 0..STRAIN {
+            for _ in 0..=j {
+                let (here, after) = rest.split_at(STRAIN - j);
+                rest = after;
+                let mut padded = [0.0; PADDED];
+                padded[j..STRAIN].copy_from_slice(here);
+                rows.extend_from_slice(&padded.as_chunks::<LANES>().0[j / LANES..]);
+            }
+        }
+        Self(rows)
+    }
+
     /// From A, which `of` gives for i <= j <= k.
     pub fn new(of: impl Fn(usize, usize, usize) -> f64) -> Self {
         let mut packs = Vec::new();
@@ -253,6 +285,8 @@ mod tests {
             if i == j && j == k { 6.0 * (8.0 * number).round() } else { (8.0 * number).round() / 4.0 }
         };
         let cubic = Cubic::new(tensor);
+        assert_eq!(Cubic::from_coefficients(&cubic.coefficients()).0, cubic.0);
+        assert_eq!(cubic.coefficients().len(), Cubic::COEFFICIENTS);
         let mut rng = hysteron_base::rng(1, "cubic");
         let mut strain = [0.0; PADDED];
         strain[..STRAIN].fill_with(|| rng.random_range(-1.0..1.0));

@@ -35,22 +35,24 @@ pub(crate) struct SectionLaw {
     pub stiffness: [Strain; STRAIN],
     /// A_e.
     pub cubic: Cubic,
+    /// Young's modulus times the section's volume [J].
+    pub scale: f64,
 }
 
 impl SectionLaw {
-    /// σ = K ε + ½ A[ε, ε], and the energy [J].
-    pub fn stress(&self, isa: Isa, strain: &Strain) -> (Strain, f64) {
+    /// σ = K ε + ½ A[ε, ε], and the quadratic and the cubic part of the energy [J].
+    pub fn stress(&self, isa: Isa, strain: &Strain) -> (Strain, [f64; 2]) {
         let mut stress = [0.0; PADDED];
         self.cubic.add_stress(isa, strain, &mut stress);
         let cubic: f64 = stress.iter().zip(strain).map(|(s, e)| s * e).sum::<f64>() / 3.0;
         let mut linear = [0.0; PADDED];
         isa.run(Linear { stiffness: &self.stiffness, strain, stress: &mut linear });
-        let mut energy = cubic;
+        let mut quadratic = 0.0;
         for k in 0..STRAIN {
-            energy += 0.5 * linear[k] * strain[k];
+            quadratic += 0.5 * linear[k] * strain[k];
             stress[k] += linear[k];
         }
-        (stress, energy)
+        (stress, [quadratic, cubic])
     }
 
     /// ∂σ/∂ε = K + A ε, by rows.

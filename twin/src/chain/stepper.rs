@@ -140,7 +140,60 @@ impl ChainStepper {
         commit_slip(&chain.cables, &self.control, &self.balance.shape, tensions, slip);
         report.relative_residual = self.balance.relative;
         report.stroke_error = self.balance.violation;
+        report.outside = chain.excess(self.balance.strain);
         result.map(|()| report)
+    }
+
+    /// Stroke of tendon `j` at the present equilibrium [m]: geometry alone, without what its ends sink in, its stretch and zero.
+    pub fn stroke(&self, j: usize) -> f64 {
+        self.balance.shape.strokes[j]
+    }
+
+    /// Largest strain of a section at the present equilibrium [-], as validations measure it.
+    pub fn strain(&self) -> f64 {
+        self.balance.strain
+    }
+
+    /// Compliance of body and tendons at the present equilibrium, W + C of the exact tangent [m/N]: row-major, one row and
+    /// column per tendon. What friction holds or drags stays as it is.
+    ///
+    /// # Errors
+    /// The tangent is singular.
+    pub fn delassus(&mut self, twin: &Twin, chain: &Chain) -> Result<Vec<f64>, Error> {
+        self.linearise(chain)?;
+        let n = twin.tendons.len();
+        let rows = self.delassus.chunks(chain.cables.len().max(1)).take(n);
+        Ok(rows.flat_map(|row| &row[..n]).copied().collect())
+    }
+
+    /// Displacement of the recorded tip per tension at the present equilibrium: three rows [m/N], one column per tendon.
+    ///
+    /// # Errors
+    /// The tangent is singular.
+    pub fn tip_per_tension(&mut self, twin: &Twin, chain: &Chain) -> Result<[Vec<f64>; 3], Error> {
+        self.linearise(chain)?;
+        let mut rows = [const { Vec::new() }; 3];
+        rows.iter_mut().for_each(|row| row.resize(chain.n_sections(), [0.0; BLOCK]));
+        self.assembly.rows_into(chain, &chain.tip, &mut rows);
+        let moved: Vec<Vector3<f64>> = self.columns[..twin.tendons.len()]
+            .iter()
+            .map(|column| {
+                let along = |c: usize| dot(chain.isa, rows[c].as_flattened(), column.as_flattened());
+                chain.tracker.turn * Vector3::from_fn(|c, _| along(c))
+            })
+            .collect();
+        Ok(std::array::from_fn(|c| moved.iter().map(|moved| moved[c]).collect()))
+    }
+
+    /// A new factor at the present equilibrium.
+    fn linearise(&mut self, chain: &Chain) -> Result<(), Error> {
+        self.evaluate(chain);
+        self.refactorise(chain, &mut StepReport::default()).map_err(|cause| Error::NoEquilibrium {
+            reached: 1.0,
+            relative_residual: self.balance.relative,
+            cause,
+            hint: "the body can move without force here".into(),
+        })
     }
 
     /// Sets what a step has to reach.

@@ -19,7 +19,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::band::{Block, BlockSkyline, BlockVector};
 use super::balance::ChainBalance;
-use super::body::{Chain, Part, Site};
+use super::body::{Chain, Part, PartSum, Site};
 use super::section::{SectionPose, head, middle};
 use super::{BLOCK, PADDED, POSE, STRAIN, Strain, WARPINGS};
 use crate::cable::direction;
@@ -82,6 +82,22 @@ impl TangentAssembly {
         tangent: &mut BlockSkyline,
     ) {
         chain.isa.run(Assemble { assembly: self, chain, balance, tensions, tangent });
+    }
+
+    /// Writes the derivatives of a sum of parts' positions by the unknowns, three rows, at the configuration assembled last.
+    pub fn rows_into(&self, chain: &Chain, sum: &PartSum, rows: &mut [Vec<BlockVector>; 3]) {
+        rows.iter_mut().for_each(|row| row.fill([0.0; BLOCK]));
+        for &(part, weight) in &sum.parts {
+            let (site, moves) = (chain.parts[part as usize].site, &self.moves[part as usize]);
+            for interface in site.first().max(1)..=site.section() + 1 {
+                let first = BLOCK * (interface - site.section());
+                for (row, moves) in rows.iter_mut().zip(moves) {
+                    for (row, moved) in row[interface - 1].iter_mut().zip(&moves[first..]) {
+                        *row += weight * moved;
+                    }
+                }
+            }
+        }
     }
 
     /// Adds T/ℓ (1 - t tᵀ) between the two ends of a segment.
@@ -542,6 +558,7 @@ mod tests {
             let strain = |a: &Interface, b: &Interface| SectionPose::new(a, b, &law.rest).strain;
             let (before, after) = (strain(&pair[0], &pair[1]), strain(&rigid(&pair[0]), &rigid(&pair[1])));
             let ((stress, energy), (other, same)) = (law.stress(chain.isa, &before), law.stress(chain.isa, &after));
+            let (energy, same) = (energy[0] + energy[1], same[0] + same[1]);
             assert!((energy - same).abs() < 1e-12 * energy, "{energy} and {same}");
             let size = stress.iter().fold(0.0f64, |max, s| max.max(s.abs()));
             assert!(stress.iter().zip(&other).all(|(a, b)| (a - b).abs() < 1e-12 * size));

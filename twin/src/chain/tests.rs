@@ -112,3 +112,77 @@ fn pulled_chain_follows_its_finite_elements() {
         assert!(report.relative_residual <= twin.accuracy.relative_residual);
     }
 }
+
+#[test]
+fn compliance_and_tip_response_are_derivatives_by_tensions() {
+    let (mut scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
+    scene.solver.relative_residual = 1e-12;
+    scene.gravity = [3.0, -5.0, 9.0];
+    for tendon in &mut scene.tendons {
+        tendon.compliance = 1e-4;
+    }
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let chain = Chain::new(&twin).expect("a chain");
+    let tensions = [4.0, 1.0, 0.5, 2.0];
+    let mut stepper = ChainStepper::new(&twin, &chain);
+    let mut at = |tensions: [f64; 4]| {
+        stepper.step(&twin, &chain, &tensions.map(Target::Tension)).expect("an equilibrium");
+        let tip = chain.tip_of(stepper.state());
+        let pulled: Vec<f64> = (0..4)
+            .map(|j| stepper.stroke(j) + chain.cables.stretch(j, &tensions))
+            .collect();
+        (tip, pulled)
+    };
+    // Third derivatives are of the size of the first over tensions of newtons, squared: 1e-6 at a millinewton.
+    let h = 1e-3;
+    let mut differences = Vec::new();
+    for j in 0..4 {
+        let moved = |sign: f64| {
+            let mut moved = tensions;
+            moved[j] += sign * h;
+            moved
+        };
+        let ((tip_ahead, ahead), (tip_behind, behind)) = (at(moved(1.0)), at(moved(-1.0)));
+        let tip: [f64; 3] = std::array::from_fn(|c| (tip_ahead[c] - tip_behind[c]) / (2.0 * h));
+        let strokes: Vec<f64> = ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * h)).collect();
+        differences.push((tip, strokes));
+    }
+    at(tensions);
+    let delassus = stepper.delassus(&twin, &chain).expect("a factor");
+    let tip = stepper.tip_per_tension(&twin, &chain).expect("a factor");
+    let largest = delassus.iter().fold(0.0f64, |max, w| max.max(w.abs()));
+    let farthest = tip.iter().flatten().fold(0.0f64, |max, w| max.max(w.abs()));
+    for (j, (by_tip, by_strokes)) in differences.iter().enumerate() {
+        for i in 0..4 {
+            let (exact, difference) = (delassus[4 * i + j], by_strokes[i]);
+            assert!((exact - difference).abs() < 1e-5 * largest, "{i} {j}: {exact} and {difference}");
+        }
+        for c in 0..3 {
+            assert!((tip[c][j] - by_tip[c]).abs() < 1e-5 * farthest, "{c} {j}: {} and {}", tip[c][j], by_tip[c]);
+        }
+    }
+    assert!(farthest > 1e-4 && largest > 1e-5);
+}
+
+#[test]
+fn friction_leaves_the_chain_where_it_leaves_the_finite_elements() {
+    let (mut scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
+    scenes::roughen(&mut scene, 1e-5);
+    scene.friction = Some(hysteron_base::Friction { backlash: 1e-4, ..scenes::ROUGH });
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let chain = Chain::new(&twin).expect("a chain");
+    let (mut fine, mut coarse) = (Stepper::new(&twin), ChainStepper::new(&twin, &chain));
+    let mut turned = Vec::new();
+    for k in 0..60 {
+        // There and back: the way back lags behind.
+        let stroke = 1e-3 * (f64::from(k) / 30.0 * std::f64::consts::PI).sin().abs();
+        let targets = [stroke, 0.0, -stroke, 0.0].map(Target::Stroke);
+        fine.step(&twin, &targets).expect("an equilibrium");
+        coarse.step(&twin, &chain, &targets).expect("an equilibrium of the chain");
+        let (tension, other) = (fine.state().tensions[0], coarse.state().tensions[0]);
+        // Of three newtons: a thousandth, as without friction.
+        assert!((tension - other).abs() < 3e-3, "{k}: {tension} and {other}");
+        turned.push(tension);
+    }
+    assert!(turned[15] > 2.0 && (turned[10] - turned[20]).abs() > 0.2, "{turned:?}");
+}
