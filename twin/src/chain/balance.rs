@@ -4,11 +4,16 @@ use hysteron_base::lanes::{LANES, Simd, WithSimd};
 use nalgebra::{Matrix3, Vector3};
 
 use super::band::BlockVector;
-use super::body::{Chain, Part, Site};
+use super::body::{Chain, Part, Sink, Site};
 use super::section::{Interface, SectionPose};
 use super::{BLOCK, PADDED, Strain};
 use crate::cable::CableShape;
 use crate::equilibrium_residual::{StepTargets, compare_strokes};
+
+/// Move of the last pass over the accuracy of strokes at which cable points have settled in their sections [-], and passes at
+/// most: each leaves the part T/ℓ C of the error before.
+const SETTLED: f64 = 0.05;
+const MAX_SETTLING: usize = 30;
 
 /// What pulls at a section: the generalised force of its strain, a force, and a moment about its centre in its frame; and a
 /// force on its end interface with a moment about that one's centre, both in space.
@@ -31,6 +36,11 @@ pub(crate) struct ChainBalance {
     pub poses: Vec<SectionPose>,
     /// What each part has beyond its share of its frame's centre, in that frame [m].
     pub levers: Vec<Vector3<f64>>,
+    /// How far each part has sunk into its section, in that frame [m].
+    sunk: Vec<Vector3<f64>>,
+    /// Forces of a section's parts in its frame, and moves under them; scratch.
+    local_forces: Vec<f64>,
+    local_moves: Vec<f64>,
     /// Rotation of the frame of each section's end.
     pub ends: Vec<Matrix3<f64>>,
     /// Position of each part [m], padded.
@@ -64,6 +74,9 @@ impl ChainBalance {
             poses: poses.map(|(pair, law)| SectionPose::new(&pair[0], &pair[1], &law.rest)).collect(),
             levers: vec![Vector3::zeros(); parts],
             ends: vec![Matrix3::identity(); n],
+            sunk: vec![Vector3::zeros(); parts],
+            local_forces: Vec::new(),
+            local_moves: Vec::new(),
             positions: vec![[0.0; 4]; parts],
             forces: vec![[0.0; 4]; parts],
             shape: chain.cables.shape(),
@@ -87,7 +100,7 @@ impl ChainBalance {
         for (end, interface) in self.ends.iter_mut().zip(&interfaces[1..]) {
             *end = interface.rotation;
         }
-        chain.isa.run(Levers { parts: &chain.parts, poses: &self.poses, levers: &mut self.levers });
+        chain.isa.run(Levers { parts: &chain.parts, poses: &self.poses, sunk: &self.sunk, levers: &mut self.levers });
         for ((part, lever), position) in chain.parts.iter().zip(&self.levers).zip(&mut self.positions) {
             let at = part.at(&self.poses[part.site.section()], interfaces, lever);
             *position = [at[0], at[1], at[2], 0.0];
@@ -95,16 +108,92 @@ impl ChainBalance {
         chain.cables.measure(&self.positions, &mut self.shape);
     }
 
+    /// Frames, positions and strokes, with cable points sunk in as far as they do under `tensions`, whose forces on the parts are
+    /// left in `forces`.
+    pub fn settle(&mut self, chain: &Chain, interfaces: &[Interface], tensions: &[f64]) {
+        self.place(chain, interfaces);
+        for _ in 0..MAX_SETTLING {
+            self.forces.fill([0.0; 4]);
+            chain.cables.add_forces(&self.shape, tensions, &mut self.forces);
+            if chain.sinks.is_empty() {
+                return;
+            }
+            let moved = self.sink(chain);
+            if moved < SETTLED * chain.accuracy.stroke {
+                return;
+            }
+            chain.cables.measure(&self.positions, &mut self.shape);
+            if !moved.is_finite() {
+                break;
+            }
+        }
+        // Points that do not settle must not be the beginning of the next search.
+        self.sunk.fill(Vector3::zeros());
+        self.shape.strokes.fill(f64::NAN);
+    }
+
+    /// Moves the parts within sections to where their forces bring them; returns the largest move [m].
+    fn sink(&mut self, chain: &Chain) -> f64 {
+        let mut largest = 0.0f64;
+        for sink in &chain.sinks {
+            let n = 3 * sink.parts.len();
+            self.collect_local(chain, sink);
+            self.local_moves.resize(n, 0.0);
+            chain.isa.run(Multiply { matrix: &sink.compliance, x: &self.local_forces, y: &mut self.local_moves });
+            for (&part, moved) in sink.parts.iter().zip(self.local_moves.as_chunks::<3>().0) {
+                let part = part as usize;
+                let change = Vector3::from(*moved) - self.sunk[part];
+                let turned = self.poses[chain.parts[part].site.section()].rotation * change;
+                self.sunk[part] += change;
+                self.levers[part] += change;
+                for c in 0..3 {
+                    self.positions[part][c] += turned[c];
+                }
+                largest = largest.max(change.norm());
+            }
+        }
+        largest
+    }
+
+    /// Forces on the parts of a sink, in the section's frame.
+    fn collect_local(&mut self, chain: &Chain, sink: &Sink) {
+        self.local_forces.clear();
+        for &part in &sink.parts {
+            let [x, y, z, _] = self.forces[part as usize];
+            let rotation = &self.poses[chain.parts[part as usize].site.section()].rotation;
+            self.local_forces.extend_from_slice(rotation.tr_mul(&Vector3::new(x, y, z)).as_slice());
+        }
+    }
+
+    /// Adds to W what cable points sink in per tension, at the configuration placed last; `pulls` is scratch.
+    pub fn add_sinks(&mut self, chain: &Chain, delassus: &mut [f64], pulls: &mut Vec<Vec<f64>>) {
+        let m = chain.cables.len();
+        for sink in &chain.sinks {
+            pulls.clear();
+            for j in 0..m {
+                self.forces.fill([0.0; 4]);
+                chain.cables.add_forces_of(&self.shape, j, 1.0, &mut self.forces);
+                self.collect_local(chain, sink);
+                pulls.push(self.local_forces.clone());
+            }
+            self.local_moves.resize(3 * sink.parts.len(), 0.0);
+            for j in (0..m).filter(|&j| pulls[j].iter().any(|f| *f != 0.0)) {
+                chain.isa.run(Multiply { matrix: &sink.compliance, x: &pulls[j], y: &mut self.local_moves });
+                for (k, pull) in pulls.iter().enumerate() {
+                    delassus[j * m + k] += pull.iter().zip(&self.local_moves).map(|(f, u)| f * u).sum::<f64>();
+                }
+            }
+        }
+    }
+
     /// Evaluates everything.
     pub fn evaluate(&mut self, chain: &Chain, control: &StepTargets, interfaces: &[Interface], tensions: &[f64]) {
-        self.place(chain, interfaces);
-        self.forces.fill([0.0; 4]);
+        self.settle(chain, interfaces, tensions);
         for &(part, force) in &chain.loads {
             for c in 0..3 {
                 self.forces[part as usize][c] += control.load * force[c];
             }
         }
-        chain.cables.add_forces(&self.shape, tensions, &mut self.forces);
         self.collect(chain);
         self.applied.fill([0.0; BLOCK]);
         spread(&self.poses, &self.pulls, chain.lever, &mut self.applied);
@@ -192,14 +281,44 @@ impl ChainBalance {
                 potential -= load * force[c] * self.positions[part as usize][c];
             }
         }
+        // Half of what the forces do on the points that sink in is stored.
+        for sink in &chain.sinks {
+            for &part in &sink.parts {
+                let [x, y, z, _] = self.forces[part as usize];
+                let rotation = &self.poses[chain.parts[part as usize].site.section()].rotation;
+                potential += 0.5 * rotation.tr_mul(&Vector3::new(x, y, z)).dot(&self.sunk[part as usize]);
+            }
+        }
         potential - tensions.iter().zip(&self.shape.strokes).map(|(t, s)| t * s).sum::<f64>()
     }
 }
 
-/// Writes the lever of every part, arm + Ψ ε.
+/// Writes a symmetric matrix times a vector.
+struct Multiply<'a> {
+    matrix: &'a [f64],
+    x: &'a [f64],
+    y: &'a mut [f64],
+}
+
+impl WithSimd for Multiply<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        self.y.fill(0.0);
+        for (row, x) in self.matrix.chunks_exact(self.x.len()).zip(self.x) {
+            for (y, entry) in self.y.iter_mut().zip(row) {
+                *y += x * entry;
+            }
+        }
+    }
+}
+
+/// Writes the lever of every part, arm + Ψ ε and what it has sunk in.
 struct Levers<'a> {
     parts: &'a [Part],
     poses: &'a [SectionPose],
+    sunk: &'a [Vector3<f64>],
     levers: &'a mut [Vector3<f64>],
 }
 
@@ -208,7 +327,7 @@ impl WithSimd for Levers<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        for (part, lever) in self.parts.iter().zip(self.levers) {
+        for ((part, sunk), lever) in self.parts.iter().zip(self.sunk).zip(self.levers) {
             let strain = part.site.strain(&self.poses[part.site.section()].strain);
             for c in 0..3 {
                 let mut sums = [0.0; LANES];
@@ -218,7 +337,7 @@ impl WithSimd for Levers<'_> {
                         sums[lane] += row[lane] * strain[lane];
                     }
                 }
-                lever[c] = part.arm[c] + sums.iter().sum::<f64>();
+                lever[c] = part.arm[c] + sunk[c] + sums.iter().sum::<f64>();
             }
         }
     }

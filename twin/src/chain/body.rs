@@ -106,6 +106,14 @@ pub(crate) struct Segment {
     pub cables: Vec<usize>,
 }
 
+/// How parts within a section move in its frame under the forces on them, between interfaces that are held.
+#[derive(Debug, Clone)]
+pub(crate) struct Sink {
+    pub parts: Vec<u32>,
+    /// Compliance [m/N], row-major, rows and columns by part, then axis; symmetric.
+    pub compliance: Vec<f64>,
+}
+
 /// The chain of one robot. Never changes.
 #[derive(Debug, Clone)]
 pub struct Chain {
@@ -114,7 +122,7 @@ pub struct Chain {
     pub rest: Vec<Interface>,
     pub(crate) laws: Vec<SectionLaw>,
     pub(crate) parts: Vec<Part>,
-    /// The twin's cables, carried by parts; what their ends sink in between interfaces counts as stretch.
+    /// The twin's cables, carried by parts.
     pub(crate) cables: Cables,
     pub(super) n_friction: usize,
     pub(super) n_backlash: usize,
@@ -123,8 +131,8 @@ pub struct Chain {
     pub(crate) loads: Vec<(u32, [f64; 3])>,
     pub(super) tip: PartSum,
     pub(super) tracker: Registration,
-    /// Compliance of the cables' ends within sections: (cable, cable, entry [m/N]).
-    pub(super) local_compliance: Vec<(usize, usize, f64)>,
+    /// How cable points sink into sections.
+    pub(super) sinks: Vec<Sink>,
     /// What a rotation of one radian counts as in norms: a radius of the body [m].
     pub(crate) lever: f64,
     pub(crate) accuracy: Accuracy,
@@ -157,6 +165,8 @@ struct Parts<'a> {
     cut: &'a Cut,
     sections: &'a [Condensed],
     parts: Vec<Part>,
+    /// Nodes and weights of each.
+    carriers: Vec<Vec<(u32, f64)>>,
 }
 
 impl Chain {
@@ -174,14 +184,13 @@ impl Chain {
             .collect();
         let cut = Cut::new(body, &ends)?;
         let interfaces = interfaces(twin, &cut)?;
-        let rows = rows_at_rest(twin);
-        let sections: Vec<Condensed> = (0..cut.n_sections)
+        let mut sections: Vec<Condensed> = (0..cut.n_sections)
             .into_par_iter()
-            .map(|e| condense(body, &cut, e, (&interfaces[e], &interfaces[e + 1]), &rows))
+            .map(|e| condense(body, &cut, e, (&interfaces[e], &interfaces[e + 1])))
             .collect::<Result<_>>()?;
-        let mut parts = Parts { body, cut: &cut, sections: &sections, parts: Vec::new() };
+        let mut parts = Parts { body, cut: &cut, sections: &sections, parts: Vec::new(), carriers: Vec::new() };
         let mut known: Vec<(Vec<(u32, f64)>, PartSum)> = Vec::new();
-        let mut cables = twin.cables.carried_by(|offset, carriers| {
+        let cables = twin.cables.carried_by(|offset, carriers| {
             let sum = match known.iter().find(|(same, _)| same == carriers) {
                 Some((_, sum)) => sum.clone(),
                 None => {
@@ -192,14 +201,13 @@ impl Chain {
             };
             ((sum.offset + Vector3::from(offset)).into(), sum.parts)
         });
-        let local_compliance: Vec<(usize, usize, f64)> =
-            sections.iter().flat_map(|section| section.compliance.iter().copied()).collect();
-        add_compliance(&mut cables, &local_compliance);
+        let n_carrying = parts.parts.len();
         let tip: Vec<(u32, f64)> = twin.tip.nodes.iter().copied().zip(twin.tip.weights.iter().copied()).collect();
         let tip = parts.sum(&tip);
         let loads = parts.loads(&twin.loads);
         let asymmetry = sections.iter().map(|section| section.asymmetry).fold(0.0, f64::max);
-        let parts = parts.parts;
+        let Parts { parts, carriers, .. } = parts;
+        let sinks = sinks(&mut sections, &parts[..n_carrying], &carriers);
         let volume: f64 = body.nodal_volumes.iter().sum();
         let length = interfaces.windows(2).map(|pair| (pair[1].center - pair[0].center).norm()).sum::<f64>();
         let at_rest = |center| Interface { center, rotation: Matrix3::identity(), warping: [0.0; WARPINGS] };
@@ -218,7 +226,7 @@ impl Chain {
             least_force: least_force(twin),
             accuracy: twin.accuracy,
             tracker: twin.tracker,
-            local_compliance,
+            sinks,
             asymmetry,
             validation: None,
         })
@@ -325,6 +333,7 @@ impl Parts<'_> {
             }
         }
         self.parts.push(part);
+        self.carriers.push(carriers.to_vec());
         self.parts.len() as u32 - 1
     }
 
@@ -349,28 +358,18 @@ impl Parts<'_> {
     }
 }
 
-/// Adds entries to C.
-pub(super) fn add_compliance(cables: &mut Cables, entries: &[(usize, usize, f64)]) {
-    for &(j, k, compliance) in entries {
-        match cables.compliance[j].iter_mut().find(|(other, _)| *other == k) {
-            Some((_, known)) => *known += compliance,
-            None => cables.compliance[j].push((k, compliance)),
+/// Local compliance of every section that has parts within it.
+fn sinks(sections: &mut [Condensed], parts: &[Part], carriers: &[Vec<(u32, f64)>]) -> Vec<Sink> {
+    let mut sinks = Vec::new();
+    for (e, section) in sections.iter_mut().enumerate() {
+        let within = (0..parts.len()).filter(|&p| parts[p].site == Site::Within(e));
+        let own: Vec<u32> = within.map(|p| p as u32).collect();
+        if !own.is_empty() {
+            let sums: Vec<&[(u32, f64)]> = own.iter().map(|&p| &carriers[p as usize][..]).collect();
+            sinks.push(Sink { compliance: section.local_compliance(&sums), parts: own });
         }
     }
-}
-
-/// J at rest, dense rows.
-fn rows_at_rest(twin: &Twin) -> Vec<Vec<f64>> {
-    let mut shape = twin.cables.shape();
-    twin.cables.measure(&twin.body.rest, &mut shape);
-    let row = |j| {
-        let mut row = vec![0.0; twin.body.n_unknowns()];
-        twin.cables.row_into(&shape, j, &mut row);
-        // Inner points of a straight cable carry nothing but round-off.
-        row.iter_mut().filter(|force| force.abs() < 1e-9).for_each(|force| *force = 0.0);
-        row
-    };
-    (0..twin.cables.len()).map(row).collect()
+    sinks
 }
 
 /// The distinct segments of all cables: those of friction run along their tendons.

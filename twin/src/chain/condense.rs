@@ -31,8 +31,9 @@ pub(crate) struct Condensed {
     /// Rest position of its own frame, and of its end interface's [m].
     pub center: Vector3<f64>,
     pub end: Vector3<f64>,
-    /// Local compliance of cables [m/N]: (cable, cable, entry) for every two that pull at inner nodes, either way round.
-    pub compliance: Vec<(usize, usize, f64)>,
+    /// K_ii, factorised, of the inner nodes, which come first; `None` without any.
+    factor: Option<StiffnessFactor>,
+    n_inner: usize,
     /// Largest difference between entries of A that should be equal, over its largest entry, in units of the amplitudes [-].
     pub asymmetry: f64,
 }
@@ -57,7 +58,7 @@ struct SectionMesh<'a> {
     far: &'a InterfaceShape,
 }
 
-/// Condenses section `e` of a body, between two interfaces. `rows` are those of J at rest.
+/// Condenses section `e` of a body, between two interfaces.
 ///
 /// # Errors
 /// Inner nodes that nothing holds.
@@ -66,12 +67,10 @@ pub(crate) fn condense(
     cut: &Cut,
     e: usize,
     (near, far): (&InterfaceShape, &InterfaceShape),
-    rows: &[Vec<f64>],
 ) -> Result<Condensed> {
     let section = SectionMesh::new(body, cut, e, near, far)?;
     let mut factor = section.inner_factor()?;
     let shapes = section.shapes(factor.as_mut());
-    let compliance = section.local_compliance(factor.as_mut(), rows);
     let mut stiffness = section.stiffness(&shapes);
     let (cubic, asymmetry) = section.cubic(&shapes);
     // An amplitude without a warping is held at zero.
@@ -88,13 +87,36 @@ pub(crate) fn condense(
             cubic,
             scale: body.material.youngs_modulus * section.model.nodal_volumes.iter().sum::<f64>(),
         },
+        n_inner: section.n_inner(),
         nodes: section.nodes,
         shapes,
         center: 0.5 * (near.center + far.center),
         end: far.center,
-        compliance,
+        factor,
         asymmetry,
     })
+}
+
+impl Condensed {
+    /// N K_ii⁻¹ Nᵀ of sums of inner nodes, each given by nodes of the body and weights: how far they give way to forces on
+    /// them between interfaces that are held [m/N], rows and columns by sum, then axis.
+    pub fn local_compliance(&mut self, sums: &[&[(u32, f64)]]) -> Vec<f64> {
+        let Some(factor) = &mut self.factor else { return Vec::new() };
+        let mut pulls = Vec::new();
+        for (sum, c) in sums.iter().flat_map(|sum| (0..3).map(move |c| (sum, c))) {
+            let mut pull = vec![0.0; 3 * self.n_inner];
+            for &(node, weight) in sum.iter() {
+                if let Some(i) = self.nodes[..self.n_inner].iter().position(|&own| own == node) {
+                    pull[3 * i + c] += weight;
+                }
+            }
+            pulls.push(pull);
+        }
+        let mut moved = pulls.clone();
+        factor.solve_many(&mut moved);
+        let product = |a: &Vec<f64>, b: &Vec<f64>| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        pulls.iter().flat_map(|pull| moved.iter().map(move |moved| product(pull, moved))).collect()
+    }
 }
 
 impl<'a> SectionMesh<'a> {
@@ -212,30 +234,6 @@ impl<'a> SectionMesh<'a> {
                 }
             }
         }
-    }
-
-    /// J_i K_ii⁻¹ J_iᵀ of the cables that pull at inner nodes at rest: how far these give way between interfaces that are held.
-    fn local_compliance(
-        &self,
-        factor: Option<&mut StiffnessFactor>,
-        rows: &[Vec<f64>],
-    ) -> Vec<(usize, usize, f64)> {
-        let Some(factor) = factor else { return Vec::new() };
-        let inner = &self.nodes[..self.n_inner()];
-        let own = |row: &Vec<f64>| -> Vec<f64> {
-            inner.iter().flat_map(|&node| row[3 * node as usize..][..3].to_vec()).collect()
-        };
-        let pulls: Vec<(usize, Vec<f64>)> =
-            rows.iter().map(own).enumerate().filter(|(_, pull)| pull.iter().any(|f| *f != 0.0)).collect();
-        let mut moved: Vec<Vec<f64>> = pulls.iter().map(|(_, pull)| pull.clone()).collect();
-        factor.solve_many(&mut moved);
-        let mut compliance = Vec::new();
-        for (i, (j, _)) in pulls.iter().enumerate() {
-            for (k, pull) in &pulls {
-                compliance.push((*j, *k, moved[i].iter().zip(pull).map(|(u, f)| u * f).sum()));
-            }
-        }
-        compliance
     }
 
     /// Forces on all nodes per strain `k` at rest, K Ψ_k [N].
@@ -411,7 +409,7 @@ mod tests {
         let (near, far) = (&interfaces[2], &interfaces[3]);
         let section = SectionMesh::new(&twin.body, &cut, 2, near, far).expect("a section");
         let shapes = section.shapes(section.inner_factor().expect("a factor").as_mut());
-        check(&section, &shapes, &condense(&twin.body, &cut, 2, (near, far), &[]).expect("a law"));
+        check(&section, &shapes, &condense(&twin.body, &cut, 2, (near, far)).expect("a law"));
     }
 
     /// A strain of `size` of the section's length.

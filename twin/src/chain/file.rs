@@ -6,7 +6,7 @@ use hysteron_base::{BadInput, file, json};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::body::{Chain, Part, PartSum, Site, add_compliance, segments};
+use super::body::{Chain, Part, PartSum, Sink, Site, segments};
 use super::cubic::Cubic;
 use super::section::{Interface, SectionLaw};
 use super::validation::Validation;
@@ -44,8 +44,15 @@ struct ChainFile {
     tip: SumEntry,
     /// Forces on parts [N].
     loads: Vec<(u32, [f64; 3])>,
-    /// Local compliance: (cable, cable, entry [m/N]).
-    compliance: Vec<(usize, usize, f64)>,
+    sinks: Vec<SinkEntry>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SinkEntry {
+    parts: Vec<u32>,
+    /// Row-major [m/N].
+    compliance: Vec<f64>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -104,7 +111,11 @@ impl Chain {
             points: points.collect(),
             tip: SumEntry { offset: self.tip.offset.into(), parts: parts(&self.tip.parts) },
             loads: self.loads.clone(),
-            compliance: self.local_compliance.clone(),
+            sinks: self
+                .sinks
+                .iter()
+                .map(|sink| SinkEntry { parts: sink.parts.clone(), compliance: sink.compliance.clone() })
+                .collect(),
         };
         let text = json::to_line(&content)
             .map_err(|error| BadInput::new(path.display().to_string(), "numbers", error.to_string()))?;
@@ -165,12 +176,12 @@ impl ChainFile {
         let points = (0..twin.cables.len()).map(|j| twin.cables.points_of(j).len()).sum();
         count("points", points, self.points.len())?;
         let sums = self.points.iter().chain([&self.tip]).flat_map(|sum| &sum.parts);
+        let sums = sums.chain(self.sinks.iter().flat_map(|sink| &sink.parts));
         if let Some(part) = sums.chain(self.loads.iter().map(|load| &load.0)).find(|p| **p as usize >= self.parts.len()) {
             return Err(("part", format!("below {}", self.parts.len()), part.to_string()));
         }
-        let cables = twin.cables.len();
-        if let Some((j, k, _)) = self.compliance.iter().find(|(j, k, _)| *j >= cables || *k >= cables) {
-            return Err(("compliance", format!("cables below {cables}"), format!("{j} and {k}")));
+        for sink in &self.sinks {
+            count("sinks: compliance", 9 * sink.parts.len() * sink.parts.len(), sink.compliance.len())?;
         }
         match self.numbers().find(|number| !number.is_finite()) {
             Some(number) => Err(("numbers", "finite ones".into(), number.to_string())),
@@ -189,15 +200,15 @@ impl ChainFile {
         });
         let offsets = self.points.iter().chain([&self.tip]).flat_map(|sum| sum.offset);
         let rest = self.interfaces.iter().copied().chain(self.loads.iter().map(|load| load.1)).flatten();
-        let single = [self.lever, self.asymmetry].into_iter().chain(self.compliance.iter().map(|entry| entry.2));
+        let single = [self.lever, self.asymmetry].into_iter();
+        let single = single.chain(self.sinks.iter().flat_map(|sink| sink.compliance.iter().copied()));
         sections.chain(parts).chain(offsets).chain(rest).chain(single)
     }
 
     fn into_chain(self, twin: &Twin) -> Chain {
         let mut points = self.points.iter();
-        let mut cables =
+        let cables =
             twin.cables.carried_by(|offset, _| points.next().map_or((offset, Vec::new()), |sum| (sum.offset, sum.weighted())));
-        add_compliance(&mut cables, &self.compliance);
         let centers: Vec<Vector3<f64>> = self.interfaces.into_iter().map(Vector3::from).collect();
         let at_rest = |center: &Vector3<f64>| Interface {
             center: *center,
@@ -216,7 +227,11 @@ impl ChainFile {
             loads: self.loads,
             tip: PartSum { offset: self.tip.offset.into(), parts: self.tip.weighted() },
             tracker: twin.tracker,
-            local_compliance: self.compliance,
+            sinks: self
+                .sinks
+                .into_iter()
+                .map(|entry| Sink { parts: entry.parts, compliance: entry.compliance })
+                .collect(),
             lever: self.lever,
             accuracy: twin.accuracy,
             least_force: least_force(twin),

@@ -52,6 +52,8 @@ pub struct ChainStepper {
     columns: Vec<Vec<BlockVector>>,
     /// W + C, row-major [m/N].
     delassus: Vec<f64>,
+    /// Pulls of all cables at the points of a section; scratch.
+    pulls: Vec<Vec<f64>>,
     /// Negative eigenvalues of the tangent.
     n_negative: usize,
     /// Friction bounds of the present equilibrium [N], and strokes behind the backlash in this step [m].
@@ -94,6 +96,7 @@ impl ChainStepper {
             rows: vec![zeros.clone(); m],
             columns: vec![zeros.clone(); m],
             delassus: vec![0.0; m * m],
+            pulls: Vec::new(),
             n_negative: 0,
             bounds,
             backlash: vec![0.0; twin.n_backlash()],
@@ -132,7 +135,7 @@ impl ChainStepper {
         if result.is_ok() {
             self.follow_friction(twin, chain, &mut report);
         } else {
-            self.balance.place(chain, &self.state.interfaces);
+            self.balance.settle(chain, &self.state.interfaces, &self.state.tensions);
             bounds_into(twin, &self.balance.shape, &self.state.tensions, &mut self.bounds);
         }
         self.state.backlash.clone_from(&self.backlash);
@@ -144,7 +147,7 @@ impl ChainStepper {
         result.map(|()| report)
     }
 
-    /// Stroke of tendon `j` at the present equilibrium [m]: geometry alone, without what its ends sink in, its stretch and zero.
+    /// Stroke of tendon `j` at the present equilibrium [m]: geometry alone, without its stretch and zero.
     pub fn stroke(&self, j: usize) -> f64 {
         self.balance.shape.strokes[j]
     }
@@ -155,7 +158,8 @@ impl ChainStepper {
     }
 
     /// Compliance of body and tendons at the present equilibrium, W + C of the exact tangent [m/N]: row-major, one row and
-    /// column per tendon. What friction holds or drags stays as it is.
+    /// column per tendon. What friction holds or drags stays as it is. To some ten-thousandths where cable points sink into
+    /// sections: that this changes with the shape is left out.
     ///
     /// # Errors
     /// The tangent is singular.
@@ -166,7 +170,8 @@ impl ChainStepper {
         Ok(rows.flat_map(|row| &row[..n]).copied().collect())
     }
 
-    /// Displacement of the recorded tip per tension at the present equilibrium: three rows [m/N], one column per tendon.
+    /// Displacement of the recorded tip per tension at the present equilibrium: three rows [m/N], one column per tendon; as
+    /// exact as [`Self::delassus`].
     ///
     /// # Errors
     /// The tangent is singular.
@@ -301,6 +306,7 @@ impl ChainStepper {
                 self.delassus[j * m + i] = w;
             }
         }
+        self.balance.add_sinks(chain, &mut self.delassus, &mut self.pulls);
         for (i, row) in chain.cables.compliance.iter().enumerate() {
             for &(j, compliance) in row {
                 self.delassus[i * m + j] += compliance;
@@ -338,7 +344,7 @@ impl ChainStepper {
         }
         self.move_by_tensions(chain);
         self.apply(chain, 1.0);
-        self.balance.place(chain, &self.state.interfaces);
+        self.balance.settle(chain, &self.state.interfaces, &self.state.tensions);
         self.balance.compare_strokes(chain, &self.control, &self.state.tensions);
         self.free_displacement.fill([0.0; BLOCK]);
         if self.solve_tensions(chain, &mut StepReport::default()).is_ok() {
@@ -474,7 +480,7 @@ impl ChainStepper {
     /// Newton's method on parts of the step, halved where it fails.
     fn step_by_parts(&mut self, chain: &Chain, report: &mut StepReport) -> Result<(), Error> {
         let asked = self.control.clone();
-        self.balance.place(chain, &self.state.interfaces);
+        self.balance.settle(chain, &self.state.interfaces, &self.state.tensions);
         let mut from = asked.clone();
         from.load = self.state.load;
         let n_tendons = from.strokes.len() - self.bounds.len();

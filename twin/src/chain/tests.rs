@@ -133,6 +133,9 @@ fn compliance_and_tip_response_are_derivatives_by_tensions() {
             .collect();
         (tip, pulled)
     };
+    // How far cable points sink in depends on the shape, which the tangent leaves out: a part T/l C of the sinking, which is a
+    // few thousandths of the stroke here.
+    const NEGLECTED: f64 = 1e-3;
     // Third derivatives are of the size of the first over tensions of newtons, squared: 1e-6 at a millinewton.
     let h = 1e-3;
     let mut differences = Vec::new();
@@ -155,10 +158,10 @@ fn compliance_and_tip_response_are_derivatives_by_tensions() {
     for (j, (by_tip, by_strokes)) in differences.iter().enumerate() {
         for i in 0..4 {
             let (exact, difference) = (delassus[4 * i + j], by_strokes[i]);
-            assert!((exact - difference).abs() < 1e-5 * largest, "{i} {j}: {exact} and {difference}");
+            assert!((exact - difference).abs() < NEGLECTED * largest, "{i} {j}: {exact} and {difference}");
         }
         for c in 0..3 {
-            assert!((tip[c][j] - by_tip[c]).abs() < 1e-5 * farthest, "{c} {j}: {} and {}", tip[c][j], by_tip[c]);
+            assert!((tip[c][j] - by_tip[c]).abs() < NEGLECTED * farthest, "{c} {j}: {} and {}", tip[c][j], by_tip[c]);
         }
     }
     assert!(farthest > 1e-4 && largest > 1e-5);
