@@ -149,7 +149,11 @@ impl ChainBalance {
                 for c in 0..3 {
                     self.positions[part][c] += turned[c];
                 }
-                largest = largest.max(change.norm());
+                // NaN must not pass as zero, and stays.
+                let size = change.norm();
+                if size > largest || size.is_nan() {
+                    largest = size;
+                }
             }
         }
         largest
