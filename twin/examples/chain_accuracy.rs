@@ -21,7 +21,8 @@ const WARM: usize = 200;
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let number = |k: usize, default: f64| arguments.get(k).and_then(|text| text.parse().ok()).unwrap_or(default);
+    let number =
+        |k: usize, default: f64| arguments.get(k).and_then(|text| text.parse().ok()).unwrap_or(default);
     let scene = arguments.first().map_or("meshes/tpu80/scene.toml", String::as_str);
     let scene = Scene::read(Path::new(scene))?;
     let mut twin = Twin::from_scene(&scene)?;

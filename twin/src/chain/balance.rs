@@ -100,7 +100,12 @@ impl ChainBalance {
         for (end, interface) in self.ends.iter_mut().zip(&interfaces[1..]) {
             *end = interface.rotation;
         }
-        chain.isa.run(Levers { parts: &chain.parts, poses: &self.poses, sunk: &self.sunk, levers: &mut self.levers });
+        chain.isa.run(Levers {
+            parts: &chain.parts,
+            poses: &self.poses,
+            sunk: &self.sunk,
+            levers: &mut self.levers,
+        });
         for ((part, lever), position) in chain.parts.iter().zip(&self.levers).zip(&mut self.positions) {
             let at = part.at(&self.poses[part.site.section()], interfaces, lever);
             *position = [at[0], at[1], at[2], 0.0];
@@ -139,7 +144,11 @@ impl ChainBalance {
             let n = 3 * sink.parts.len();
             self.collect_local(chain, sink);
             self.local_moves.resize(n, 0.0);
-            chain.isa.run(Multiply { matrix: &sink.compliance, x: &self.local_forces, y: &mut self.local_moves });
+            chain.isa.run(Multiply {
+                matrix: &sink.compliance,
+                x: &self.local_forces,
+                y: &mut self.local_moves,
+            });
             for (&part, moved) in sink.parts.iter().zip(self.local_moves.as_chunks::<3>().0) {
                 let part = part as usize;
                 let change = Vector3::from(*moved) - self.sunk[part];
@@ -184,14 +193,21 @@ impl ChainBalance {
             for j in (0..m).filter(|&j| pulls[j].iter().any(|f| *f != 0.0)) {
                 chain.isa.run(Multiply { matrix: &sink.compliance, x: &pulls[j], y: &mut self.local_moves });
                 for (k, pull) in pulls.iter().enumerate() {
-                    delassus[j * m + k] += pull.iter().zip(&self.local_moves).map(|(f, u)| f * u).sum::<f64>();
+                    delassus[j * m + k] +=
+                        pull.iter().zip(&self.local_moves).map(|(f, u)| f * u).sum::<f64>();
                 }
             }
         }
     }
 
     /// Evaluates everything.
-    pub fn evaluate(&mut self, chain: &Chain, control: &StepTargets, interfaces: &[Interface], tensions: &[f64]) {
+    pub fn evaluate(
+        &mut self,
+        chain: &Chain,
+        control: &StepTargets,
+        interfaces: &[Interface],
+        tensions: &[f64],
+    ) {
         self.settle(chain, interfaces, tensions);
         for &(part, force) in &chain.loads {
             for c in 0..3 {

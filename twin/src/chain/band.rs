@@ -90,7 +90,12 @@ impl BlockSkyline {
         let mut sum = self.blocks[target];
         // Off the diagonal the left block is already divided by its pivots, on it the two are the same.
         let scale = if row == column { self.inverse[k] } else { [1.0; BLOCK] };
-        self.isa.run(Eliminate { left: &self.blocks[left], right: &self.blocks[right], scale: &scale, sum: &mut sum });
+        self.isa.run(Eliminate {
+            left: &self.blocks[left],
+            right: &self.blocks[right],
+            scale: &scale,
+            sum: &mut sum,
+        });
         self.blocks[target] = sum;
     }
 
@@ -279,7 +284,8 @@ mod tests {
         let mut dense = DMatrix::zeros(BLOCK * first.len(), BLOCK * first.len());
         for column in 0..first.len() {
             for row in first[column]..=column {
-                let mut full: Block = std::array::from_fn(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
+                let mut full: Block =
+                    std::array::from_fn(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
                 if row == column {
                     let random = full;
                     for s in 0..BLOCK {

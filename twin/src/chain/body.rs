@@ -188,7 +188,8 @@ impl Chain {
             .into_par_iter()
             .map(|e| condense(body, &cut, e, (&interfaces[e], &interfaces[e + 1])))
             .collect::<Result<_>>()?;
-        let mut parts = Parts { body, cut: &cut, sections: &sections, parts: Vec::new(), carriers: Vec::new() };
+        let mut parts =
+            Parts { body, cut: &cut, sections: &sections, parts: Vec::new(), carriers: Vec::new() };
         let mut known: Vec<(Vec<(u32, f64)>, PartSum)> = Vec::new();
         let cables = twin.cables.carried_by(|offset, carriers| {
             let sum = match known.iter().find(|(same, _)| same == carriers) {
@@ -202,7 +203,8 @@ impl Chain {
             ((sum.offset + Vector3::from(offset)).into(), sum.parts)
         });
         let n_carrying = parts.parts.len();
-        let tip: Vec<(u32, f64)> = twin.tip.nodes.iter().copied().zip(twin.tip.weights.iter().copied()).collect();
+        let tip: Vec<(u32, f64)> =
+            twin.tip.nodes.iter().copied().zip(twin.tip.weights.iter().copied()).collect();
         let tip = parts.sum(&tip);
         let loads = parts.loads(&twin.loads);
         let asymmetry = sections.iter().map(|section| section.asymmetry).fold(0.0, f64::max);

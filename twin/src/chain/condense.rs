@@ -224,7 +224,9 @@ impl<'a> SectionMesh<'a> {
     fn follow_interfaces(&self, factor: &mut StiffnessFactor, shapes: &mut [[Strain; 3]]) {
         let inner = self.n_inner();
         let mut columns: Vec<Vec<f64>> = (0..STRAIN)
-            .map(|k| self.linear_force(shapes, k)[..inner].iter().flat_map(|force| force[..3].to_vec()).collect())
+            .map(|k| {
+                self.linear_force(shapes, k)[..inner].iter().flat_map(|force| force[..3].to_vec()).collect()
+            })
             .collect();
         factor.solve_many(&mut columns);
         for (k, column) in columns.iter().enumerate() {
@@ -359,7 +361,10 @@ impl<'a> SectionMesh<'a> {
         let middle = 0.5 * (self.near.center + self.far.center);
         let turn = exp(&(0.5 * Vector3::new(strain[3], strain[4], strain[5])));
         let warped = |arm: Vector3<f64>, warpings: &[Vector3<f64>; WARPINGS], first: usize| {
-            warpings.iter().zip(&strain[first..]).fold(arm, |sum, (warping, amplitude)| sum + *amplitude * warping)
+            warpings
+                .iter()
+                .zip(&strain[first..])
+                .fold(arm, |sum, (warping, amplitude)| sum + *amplitude * warping)
         };
         let position = |i: usize| {
             let at = match self.sides[i] {
@@ -439,7 +444,11 @@ mod tests {
                 };
                 let difference = (energy(1.0) - energy(-1.0)) / (2.0 * step);
                 let scale = if (3..POSE).contains(&k) { 1e-3 } else { 1.0 };
-                assert!((stress[k] - difference).abs() < 1e-6 * scale * size, "{k}: {} {difference}", stress[k]);
+                assert!(
+                    (stress[k] - difference).abs() < 1e-6 * scale * size,
+                    "{k}: {} {difference}",
+                    stress[k]
+                );
             }
         });
     }

@@ -47,7 +47,9 @@ impl Cut {
     pub fn new(body: &FemModel, ends: &[[f64; 3]]) -> Result<Self> {
         if body.material.law == MaterialLaw::CorotationalEdges {
             let found = "corotational_edges";
-            return Err(BadInput::new("material.law", "a law with an energy", found).hint("use corotational").into());
+            return Err(BadInput::new("material.law", "a law with an energy", found)
+                .hint("use corotational")
+                .into());
         }
         let range = |c: usize| {
             let along = body.rest.iter().map(|node| node[c]);
@@ -65,7 +67,8 @@ impl Cut {
         let planes = uncrossed_planes(body, &heights, near);
         let length = |height| LENGTH * diameter(body, axis, &heights, height, near);
         let ends: Vec<f64> = ends.iter().map(|end| sign * (end[axis] - middle)).collect();
-        let chosen = choose(&planes, &fixed_planes(&planes, &ends, first_plane(body, &heights), length), length);
+        let chosen =
+            choose(&planes, &fixed_planes(&planes, &ends, first_plane(body, &heights), length), length);
         if chosen.len() < 3 {
             let expected = "at least two layers of elements with plane faces across the body's longest axis";
             return Err(BadInput::new("mesh", expected, format!("{} such planes", planes.len()))
@@ -122,12 +125,14 @@ fn uncrossed_planes(body: &FemModel, heights: &[f64], near: f64) -> Vec<f64> {
 
 /// The first plane, those at which tendons end, and the last.
 fn fixed_planes(planes: &[f64], ends: &[f64], first: f64, length: impl Fn(f64) -> f64) -> Vec<f64> {
-    let nearest = |height: f64| {
-        planes.iter().copied().min_by(|a, b| (a - height).abs().total_cmp(&(b - height).abs()))
-    };
+    let nearest =
+        |height: f64| planes.iter().copied().min_by(|a, b| (a - height).abs().total_cmp(&(b - height).abs()));
     let Some((first, &last)) = nearest(first).zip(planes.last()) else { return Vec::new() };
-    let at_ends = ends.iter().filter_map(|&end| nearest(end).filter(|&plane| (plane - end).abs() < AT_END * length(plane)));
-    let mut fixed: Vec<f64> = at_ends.filter(|&plane| plane > first && plane < last).chain([first, last]).collect();
+    let at_ends = ends
+        .iter()
+        .filter_map(|&end| nearest(end).filter(|&plane| (plane - end).abs() < AT_END * length(plane)));
+    let mut fixed: Vec<f64> =
+        at_ends.filter(|&plane| plane > first && plane < last).chain([first, last]).collect();
     fixed.sort_by(f64::total_cmp);
     fixed.dedup();
     fixed
@@ -155,8 +160,8 @@ fn choose(planes: &[f64], fixed: &[f64], length: impl Fn(f64) -> f64) -> Vec<f64
 fn diameter(body: &FemModel, axis: usize, heights: &[f64], height: f64, near: f64) -> f64 {
     let across = (0..3).filter(|&c| c != axis).map(|c| {
         let on_plane = body.rest.iter().zip(heights).filter(|(_, h)| (**h - height).abs() < near);
-        let (low, high) =
-            on_plane.fold((f64::MAX, f64::MIN), |(low, high), (node, _)| (low.min(node[c]), high.max(node[c])));
+        let (low, high) = on_plane
+            .fold((f64::MAX, f64::MIN), |(low, high), (node, _)| (low.min(node[c]), high.max(node[c])));
         high - low
     });
     across.fold(0.0, f64::max)
@@ -176,7 +181,9 @@ fn check_clamp(body: &FemModel, places: &[Place]) -> Result<()> {
     let (free, clamped) = places.split_at(body.n_free);
     if free.iter().any(below) || !clamped.iter().all(below) {
         let expected = "all nodes up to a plane across the body's longest axis, and no others";
-        return Err(BadInput::new("clamp", expected, "another set of nodes").hint("clamp one end as a whole").into());
+        return Err(BadInput::new("clamp", expected, "another set of nodes")
+            .hint("clamp one end as a whole")
+            .into());
     }
     Ok(())
 }

@@ -177,7 +177,9 @@ impl ChainFile {
         count("points", points, self.points.len())?;
         let sums = self.points.iter().chain([&self.tip]).flat_map(|sum| &sum.parts);
         let sums = sums.chain(self.sinks.iter().flat_map(|sink| &sink.parts));
-        if let Some(part) = sums.chain(self.loads.iter().map(|load| &load.0)).find(|p| **p as usize >= self.parts.len()) {
+        if let Some(part) =
+            sums.chain(self.loads.iter().map(|load| &load.0)).find(|p| **p as usize >= self.parts.len())
+        {
             return Err(("part", format!("below {}", self.parts.len()), part.to_string()));
         }
         for sink in &self.sinks {
@@ -195,9 +197,10 @@ impl ChainFile {
             let cubic = section.cubic.iter().map(|c| f64::from(*c));
             section.stiffness.iter().copied().chain(cubic).chain([section.scale])
         });
-        let parts = self.parts.iter().flat_map(|part| {
-            part.shape.iter().flatten().copied().chain(part.arm).chain([part.share])
-        });
+        let parts = self
+            .parts
+            .iter()
+            .flat_map(|part| part.shape.iter().flatten().copied().chain(part.arm).chain([part.share]));
         let offsets = self.points.iter().chain([&self.tip]).flat_map(|sum| sum.offset);
         let rest = self.interfaces.iter().copied().chain(self.loads.iter().map(|load| load.1)).flatten();
         let single = [self.lever, self.asymmetry].into_iter();
@@ -207,8 +210,9 @@ impl ChainFile {
 
     fn into_chain(self, twin: &Twin) -> Chain {
         let mut points = self.points.iter();
-        let cables =
-            twin.cables.carried_by(|offset, _| points.next().map_or((offset, Vec::new()), |sum| (sum.offset, sum.weighted())));
+        let cables = twin.cables.carried_by(|offset, _| {
+            points.next().map_or((offset, Vec::new()), |sum| (sum.offset, sum.weighted()))
+        });
         let centers: Vec<Vector3<f64>> = self.interfaces.into_iter().map(Vector3::from).collect();
         let at_rest = |center: &Vector3<f64>| Interface {
             center: *center,
@@ -218,7 +222,12 @@ impl ChainFile {
         Chain {
             isa: twin.body.isa,
             rest: centers.iter().map(at_rest).collect(),
-            laws: self.sections.iter().zip(centers.windows(2)).map(|(section, pair)| section.law(pair[1] - pair[0])).collect(),
+            laws: self
+                .sections
+                .iter()
+                .zip(centers.windows(2))
+                .map(|(section, pair)| section.law(pair[1] - pair[0]))
+                .collect(),
             parts: self.parts.iter().map(PartEntry::part).collect(),
             segments: segments(&cables),
             cables,
@@ -324,7 +333,9 @@ mod tests {
             let mut stepper = ChainStepper::new(&twin, chain);
             for k in 1..=3 {
                 let stroke = 2e-4 * f64::from(k);
-                stepper.step(&twin, chain, &[stroke, 0.0, -stroke, 0.0].map(Target::Stroke)).expect("an equilibrium");
+                stepper
+                    .step(&twin, chain, &[stroke, 0.0, -stroke, 0.0].map(Target::Stroke))
+                    .expect("an equilibrium");
             }
             stepper.state().clone()
         };

@@ -5,12 +5,13 @@ use hysteron_fem::vectors::{combine_into, dot};
 use hysteron_fit::qp::Activity;
 use nalgebra::{Matrix3, Vector3};
 
-use super::band::{BlockSkyline, BlockVector};
 use super::balance::ChainBalance;
+use super::band::{BlockSkyline, BlockVector};
 use super::body::{Chain, ChainState};
 use super::rotation::{exp, log, orthonormal};
 use super::tangent::TangentAssembly;
 use super::{BLOCK, POSE};
+use crate::Error;
 use crate::anderson::Anderson;
 use crate::equilibrium_residual::StepTargets;
 use crate::error::Cause;
@@ -20,7 +21,6 @@ use crate::predictor::{EquilibriumPredictor, Prescribed};
 use crate::report::StepReport;
 use crate::step::{LAGGING, MAX_REPEATS, check_targets};
 use crate::tensions::TensionStep;
-use crate::Error;
 
 /// Iterations after which a factor is replaced within a step, and after which the step is given up.
 const REFACTORISE_AFTER: usize = 4;
@@ -286,7 +286,8 @@ impl ChainStepper {
     }
 
     fn is_balanced(&self, chain: &Chain) -> bool {
-        self.balance.relative <= chain.accuracy.relative_residual && self.balance.violation <= chain.accuracy.stroke
+        self.balance.relative <= chain.accuracy.relative_residual
+            && self.balance.violation <= chain.accuracy.stroke
     }
 
     /// Factor, rows, columns and W at the configuration evaluated last.
@@ -358,7 +359,9 @@ impl ChainStepper {
     /// Moves the interfaces by a predicted change of their charts.
     fn move_charts(&mut self, chain: &Chain) {
         let charts = self.step.as_chunks::<BLOCK>().0;
-        for ((interface, origin), change) in self.state.interfaces[1..].iter_mut().zip(&self.origin).zip(charts) {
+        for ((interface, origin), change) in
+            self.state.interfaces[1..].iter_mut().zip(&self.origin).zip(charts)
+        {
             if change.iter().all(|c| *c == 0.0) {
                 continue;
             }
@@ -422,9 +425,8 @@ impl ChainStepper {
     /// The QP for the tension increments, with the free displacement already known.
     fn solve_tensions(&mut self, chain: &Chain, report: &mut StepReport) -> Result<(), Cause> {
         let free = self.free_displacement.as_flattened();
-        let missing = |j: usize| {
-            self.balance.stroke_residual[j] + dot(chain.isa, self.rows[j].as_flattened(), free)
-        };
+        let missing =
+            |j: usize| self.balance.stroke_residual[j] + dot(chain.isa, self.rows[j].as_flattened(), free);
         self.tensions.pose(&self.control, &self.state.tensions, missing);
         if self.n_negative > 0 {
             return self.tensions.solve_taut(&self.delassus, self.n_negative);

@@ -17,8 +17,8 @@
 use hysteron_base::lanes::{Simd, WithSimd};
 use nalgebra::{Matrix3, Vector3};
 
-use super::band::{Block, BlockSkyline, BlockVector};
 use super::balance::ChainBalance;
+use super::band::{Block, BlockSkyline, BlockVector};
 use super::body::{Chain, Part, PartSum, Site};
 use super::section::{SectionPose, head, middle};
 use super::{BLOCK, PADDED, POSE, STRAIN, Strain, WARPINGS};
@@ -51,7 +51,8 @@ pub(crate) struct TangentAssembly {
 
 impl TangentAssembly {
     pub fn new(chain: &Chain) -> Self {
-        let spans = chain.segments.iter().map(|segment| span(chain, segment.first)).map(|(low, high)| high - low + 1);
+        let spans =
+            chain.segments.iter().map(|segment| span(chain, segment.first)).map(|(low, high)| high - low + 1);
         Self {
             maps: vec![[[0.0; BOTH]; 9]; chain.n_sections()],
             moves: vec![[[0.0; BOTH]; 3]; chain.parts.len()],
@@ -201,8 +202,8 @@ impl WithSimd for Assemble<'_> {
 fn span(chain: &Chain, first: usize) -> (usize, usize) {
     let carriers = [first, first + 1].into_iter().flat_map(|point| chain.cables.carriers(point));
     let sites = carriers.map(|(part, _)| chain.parts[*part as usize].site);
-    let (low, high) =
-        sites.fold((usize::MAX, 0), |(low, high), site| (low.min(site.first()), high.max(site.section() + 1)));
+    let (low, high) = sites
+        .fold((usize::MAX, 0), |(low, high), site| (low.min(site.first()), high.max(site.section() + 1)));
     if low > high { (0, 0) } else { (low, high) }
 }
 
@@ -264,7 +265,12 @@ fn add_block(form: &mut [Variation; VARIATION], row: usize, column: usize, block
 
 /// Adds the terms of the module's documentation that N̂, M̂ and τ̂ make.
 #[inline(always)]
-fn add_geometric(form: &mut [Variation; VARIATION], pose: &SectionPose, stress: &Strain, moment: &Vector3<f64>) {
+fn add_geometric(
+    form: &mut [Variation; VARIATION],
+    pose: &SectionPose,
+    stress: &Strain,
+    moment: &Vector3<f64>,
+) {
     let (n, v, eta) = (head(stress), pose.chord, pose.half);
     let coefficients = pose.coefficients;
     let couple = n.cross(&v) + moment;
@@ -274,7 +280,8 @@ fn add_geometric(form: &mut [Variation; VARIATION], pose: &SectionPose, stress: 
     // x·(a × b) with x fixed is aᵀ [b × x], a bilinear form with the matrix -[x]× between a and b.
     add_block(form, d, spin, &(-2.0 * n.cross_matrix()));
     add_block(form, spin, spin, &(n * v.transpose() - Matrix3::from_diagonal_element(n.dot(&v))));
-    let of_spin = 0.5 * coefficients.kappa * couple.cross_matrix() * eta_cross + b.cross_matrix() * pose.spread();
+    let of_spin =
+        0.5 * coefficients.kappa * couple.cross_matrix() * eta_cross + b.cross_matrix() * pose.spread();
     add_block(form, spin, p, &of_spin);
     // κ' = ½ κ_slope (η·p), and the same of g.
     let twisted = couple.cross(&eta);
@@ -420,12 +427,19 @@ fn end_move(part: &Part, rotation: &Matrix3<f64>, lever: &Vector3<f64>, unit: f6
 
 /// Adds (f·r) |δθ|² - (f·δθ)(r·δθ) + 2 δθ·(f × R Φ δw) of a force on a part of an end interface, all in space.
 #[inline(always)]
-fn add_end_lever(block: &mut Block, moves: &[Variation; 3], lever: &Vector3<f64>, force: &[f64; 4], unit: f64) {
+fn add_end_lever(
+    block: &mut Block,
+    moves: &[Variation; 3],
+    lever: &Vector3<f64>,
+    force: &[f64; 4],
+    unit: f64,
+) {
     let force = Vector3::new(force[0], force[1], force[2]);
     if force == Vector3::zeros() {
         return;
     }
-    let outer = (Matrix3::from_diagonal_element(force.dot(lever)) - force * lever.transpose()) / (unit * unit);
+    let outer =
+        (Matrix3::from_diagonal_element(force.dot(lever)) - force * lever.transpose()) / (unit * unit);
     let cross = force.cross_matrix() / unit;
     for i in 0..3 {
         for j in 0..3 {
@@ -570,7 +584,8 @@ mod tests {
         for (pair, law) in moved.interfaces.windows(2).zip(&chain.laws) {
             let strain = |a: &Interface, b: &Interface| SectionPose::new(a, b, &law.rest).strain;
             let (before, after) = (strain(&pair[0], &pair[1]), strain(&rigid(&pair[0]), &rigid(&pair[1])));
-            let ((stress, energy), (other, same)) = (law.stress(chain.isa, &before), law.stress(chain.isa, &after));
+            let ((stress, energy), (other, same)) =
+                (law.stress(chain.isa, &before), law.stress(chain.isa, &after));
             let (energy, same) = (energy[0] + energy[1], same[0] + same[1]);
             assert!((energy - same).abs() < 1e-12 * energy, "{energy} and {same}");
             let size = stress.iter().fold(0.0f64, |max, s| max.max(s.abs()));

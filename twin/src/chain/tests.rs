@@ -4,11 +4,11 @@ use hysteron_base::MaterialLaw;
 use hysteron_fem::Order;
 use rand::RngExt;
 
-use super::band::BlockVector;
 use super::balance::ChainBalance;
+use super::band::BlockVector;
 use super::cut::Cut;
 use super::tangent::TangentAssembly;
-use super::warping::{interfaces, rest, responses};
+use super::warping::{interfaces, responses, rest};
 use super::{BLOCK, Chain, ChainStepper, Interface};
 use crate::equilibrium_residual::StepTargets;
 use crate::{Stepper, Target, Twin, scenes};
@@ -63,7 +63,8 @@ fn small_deflections_are_those_of_the_finite_elements_where_the_warpings_span_th
     scene.gravity = [1e-6, -2e-6, 3e-6];
     let twin = Twin::new(&scene, &mesh).expect("a good scene");
     let chain = Chain::new(&twin).expect("a chain");
-    let load: Vec<f64> = twin.loads[..twin.body.n_free].iter().flat_map(|force| force[..3].to_vec()).collect();
+    let load: Vec<f64> =
+        twin.loads[..twin.body.n_free].iter().flat_map(|force| force[..3].to_vec()).collect();
     let exact = &responses(&twin.body, vec![load]).expect("a factor")[0];
     let mut balance = ChainBalance::new(&chain);
     balance.evaluate(&chain, &StepTargets::new(&twin, &[]), &chain.rest, &[]);
@@ -128,9 +129,8 @@ fn compliance_and_tip_response_are_derivatives_by_tensions() {
     let mut at = |tensions: [f64; 4]| {
         stepper.step(&twin, &chain, &tensions.map(Target::Tension)).expect("an equilibrium");
         let tip = chain.tip_of(stepper.state());
-        let pulled: Vec<f64> = (0..4)
-            .map(|j| stepper.stroke(j) + chain.cables.stretch(j, &tensions))
-            .collect();
+        let pulled: Vec<f64> =
+            (0..4).map(|j| stepper.stroke(j) + chain.cables.stretch(j, &tensions)).collect();
         (tip, pulled)
     };
     // How far cable points sink in depends on the shape, which the tangent leaves out: a part T/l C of the sinking, which is a
@@ -161,7 +161,12 @@ fn compliance_and_tip_response_are_derivatives_by_tensions() {
             assert!((exact - difference).abs() < NEGLECTED * largest, "{i} {j}: {exact} and {difference}");
         }
         for c in 0..3 {
-            assert!((tip[c][j] - by_tip[c]).abs() < NEGLECTED * farthest, "{c} {j}: {} and {}", tip[c][j], by_tip[c]);
+            assert!(
+                (tip[c][j] - by_tip[c]).abs() < NEGLECTED * farthest,
+                "{c} {j}: {} and {}",
+                tip[c][j],
+                by_tip[c]
+            );
         }
     }
     assert!(farthest > 1e-4 && largest > 1e-5);

@@ -171,7 +171,12 @@ impl Chain {
     }
 }
 
-fn summary(compared: &[Compared], refused: [usize; 2], options: &ValidationOptions, length: f64) -> Validation {
+fn summary(
+    compared: &[Compared],
+    refused: [usize; 2],
+    options: &ValidationOptions,
+    length: f64,
+) -> Validation {
     let strongest = compared.iter().map(|at| at.strongest).fold(f64::MIN_POSITIVE, f64::max);
     let spread = |of: &dyn Fn(&Compared) -> f64| Spread::new(compared.iter().map(of).collect());
     Validation {

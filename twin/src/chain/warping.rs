@@ -50,7 +50,8 @@ impl InterfaceShape {
         let spectrum = (moved.transpose() * &moved).symmetric_eigen();
         let mut order: Vec<usize> = (0..responses.len()).collect();
         order.sort_by(|&a, &b| spectrum.eigenvalues[b].total_cmp(&spectrum.eigenvalues[a]));
-        let ordered = moved * DMatrix::from_fn(order.len(), order.len(), |i, j| spectrum.eigenvectors[(i, order[j])]);
+        let ordered =
+            moved * DMatrix::from_fn(order.len(), order.len(), |i, j| spectrum.eigenvectors[(i, order[j])]);
         let strongest = if order.is_empty() { 0.0 } else { ordered.column(0).norm() };
         let mut basis: Vec<nalgebra::DVector<f64>> = Vec::new();
         for column in ordered.column_iter() {
@@ -158,7 +159,8 @@ fn unit_loads(twin: &Twin) -> Vec<Vec<f64>> {
 
 /// Couples about the three axes on the nodes of an interface, of one newton times its radius of inertia.
 fn couples(body: &FemModel, interface: &InterfaceShape) -> [Vec<f64>; 3] {
-    let arms: Vec<Vector3<f64>> = interface.nodes.iter().map(|&node| rest(body, node) - interface.center).collect();
+    let arms: Vec<Vector3<f64>> =
+        interface.nodes.iter().map(|&node| rest(body, node) - interface.center).collect();
     let inertia: f64 = arms.iter().map(Vector3::norm_squared).sum();
     let radius = (inertia / arms.len() as f64).sqrt();
     [0, 1, 2].map(|axis| {
