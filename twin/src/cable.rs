@@ -49,7 +49,7 @@ impl CablePoint {
 
 /// A cable point: where it is without the body, and the nodes that carry it, with weights. A fixed point has no
 /// carriers, so that its columns of J and of the stiffness are zero; a carried one starts from the origin.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 struct CarriedPoint {
     offset: [f64; 3],
     carriers: Vec<(u32, f64)>,
@@ -62,9 +62,9 @@ struct CarriedPoint {
 #[derive(Debug, Clone)]
 pub(crate) struct CableShape {
     /// ∂s/∂P of each cable point.
-    gradients: Vec<[f64; 3]>,
+    pub gradients: Vec<[f64; 3]>,
     /// Position of each cable point [m].
-    positions: Vec<[f64; 3]>,
+    pub positions: Vec<[f64; 3]>,
     /// Stroke of each cable [m].
     pub strokes: Vec<f64>,
 }
@@ -129,6 +129,39 @@ impl Cables {
         self.starts[j]..self.starts[j + 1]
     }
 
+    /// Numbers of the points of cable `j` among those of all cables.
+    pub(crate) fn points_of(&self, j: usize) -> std::ops::Range<usize> {
+        self.range(j)
+    }
+
+    /// What carries a point of all, with weights; nothing carries a fixed one.
+    pub(crate) fn carriers(&self, point: usize) -> &[(u32, f64)] {
+        &self.points[point].carriers
+    }
+
+    /// Where a point of all is without what carries it [m].
+    pub(crate) fn offset(&self, point: usize) -> [f64; 3] {
+        self.points[point].offset
+    }
+
+    /// True where the segments that begin at points `p` and `q` of all are one and the same.
+    pub(crate) fn is_same_segment(&self, p: usize, q: usize) -> bool {
+        self.points[p..p + 2] == self.points[q..q + 2]
+    }
+
+    /// The same cables on another body: `map` turns where each point is without the body [m], and what carries it, into those
+    /// of the other.
+    pub(crate) fn carried_by(
+        &self,
+        mut map: impl FnMut([f64; 3], &[(u32, f64)]) -> ([f64; 3], Vec<(u32, f64)>),
+    ) -> Self {
+        let mut new = self.clone();
+        for point in &mut new.points {
+            (point.offset, point.carriers) = map(point.offset, &point.carriers);
+        }
+        new
+    }
+
     /// Strokes and their gradients at positions `x`.
     pub(crate) fn measure(&self, x: &[[f64; 4]], shape: &mut CableShape) {
         for (point, position) in self.points.iter().zip(&mut shape.positions) {
@@ -165,16 +198,18 @@ impl Cables {
 
     /// Adds Jᵀ T to nodal forces (model order).
     pub(crate) fn add_forces(&self, shape: &CableShape, tensions: &[f64], out: &mut [[f64; 4]]) {
-        for (j, tension) in tensions.iter().enumerate() {
-            if *tension == 0.0 {
-                continue;
-            }
-            for p in self.range(j) {
-                for &(node, weight) in &self.points[p].carriers {
-                    let scale = tension * weight;
-                    for c in 0..3 {
-                        out[node as usize][c] += scale * shape.gradients[p][c];
-                    }
+        for (j, tension) in tensions.iter().enumerate().filter(|(_, tension)| **tension != 0.0) {
+            self.add_forces_of(shape, j, *tension, out);
+        }
+    }
+
+    /// Adds the forces of cable `j` with a tension [N].
+    pub(crate) fn add_forces_of(&self, shape: &CableShape, j: usize, tension: f64, out: &mut [[f64; 4]]) {
+        for p in self.range(j) {
+            for &(node, weight) in &self.points[p].carriers {
+                let scale = tension * weight;
+                for c in 0..3 {
+                    out[node as usize][c] += scale * shape.gradients[p][c];
                 }
             }
         }
@@ -292,7 +327,7 @@ fn acting(point: &Embedding) -> Vec<(u32, f64)> {
 }
 
 /// Unit vector from `a` to `b`, and their distance.
-fn direction(a: &[f64; 3], b: &[f64; 3]) -> ([f64; 3], f64) {
+pub(crate) fn direction(a: &[f64; 3], b: &[f64; 3]) -> ([f64; 3], f64) {
     let d = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
     let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
     (d.map(|c| c / length), length)

@@ -95,6 +95,13 @@ fn least_stress(material: &Material, relative_residual: f64) -> f64 {
     (NEGLIGIBLE_STRAIN * youngs_modulus).max(ROUND_OFF / relative_residual * wave_modulus)
 }
 
+/// Force below which forces on a twin's body count as none [N].
+pub(crate) fn least_force(twin: &Twin) -> f64 {
+    let volume: f64 = twin.body.nodal_volumes.iter().sum();
+    // The accuracy asked for may change between steps.
+    least_stress(&twin.body.material, twin.accuracy.relative_residual) * volume.powf(2.0 / 3.0)
+}
+
 impl EquilibriumResidual {
     pub fn new(twin: &Twin) -> Self {
         let body = &twin.body;
@@ -135,36 +142,13 @@ impl EquilibriumResidual {
         // The accuracy asked for may change between steps.
         let least = least_stress(&twin.body.material, twin.accuracy.relative_residual) * self.section;
         self.relative = out_of_balance.sqrt() / applied.sqrt().max(least);
-        self.compare_strokes(&twin.cables, control, t);
+        self.violation = compare_strokes(&twin.cables, control, &self.shape, t, &mut self.stroke_residual);
     }
 
     /// Measures the cables only, at nodes `x`.
     pub fn evaluate_strokes(&mut self, twin: &Twin, control: &StepTargets, x: &[[f64; 4]], t: &[f64]) {
         twin.cables.measure(x, &mut self.shape);
-        self.compare_strokes(&twin.cables, control, t);
-    }
-
-    fn compare_strokes(&mut self, cables: &Cables, control: &StepTargets, t: &[f64]) {
-        self.violation = 0.0;
-        for j in 0..t.len() {
-            if control.is_tension(j) {
-                self.stroke_residual[j] = 0.0;
-                // A prescribed tension is a condition on T itself, met once the bounds are.
-                if t[j] != control.lower[j] {
-                    self.violation = f64::INFINITY;
-                }
-                continue;
-            }
-            let stroke_residual = control.strokes[j] - self.shape.strokes[j] - cables.stretch(j, t);
-            self.stroke_residual[j] = stroke_residual;
-            let slack = t[j] <= control.lower[j] && stroke_residual <= 0.0;
-            let slips = t[j] >= control.upper[j] && stroke_residual >= 0.0;
-            let violated = if slack || slips { 0.0 } else { stroke_residual.abs() };
-            // NaN must not pass as zero, and stays.
-            if violated > self.violation || violated.is_nan() {
-                self.violation = violated;
-            }
-        }
+        self.violation = compare_strokes(&twin.cables, control, &self.shape, t, &mut self.stroke_residual);
     }
 
     /// Potential energy of body, loads and cables at nodes `x`, for which strokes were evaluated [J], each
@@ -211,6 +195,38 @@ impl EquilibriumResidual {
     pub fn is_finite(&self) -> bool {
         self.relative.is_finite() && !self.violation.is_nan()
     }
+}
+
+/// Writes the missing stroke of each cable, u - s - C T [m], zero where the tension is prescribed; returns the largest violated
+/// stroke condition [m].
+pub(crate) fn compare_strokes(
+    cables: &Cables,
+    control: &StepTargets,
+    shape: &CableShape,
+    t: &[f64],
+    residuals: &mut [f64],
+) -> f64 {
+    let mut violation = 0.0;
+    for j in 0..t.len() {
+        if control.is_tension(j) {
+            residuals[j] = 0.0;
+            // A prescribed tension is a condition on T itself, met once the bounds are.
+            if t[j] != control.lower[j] {
+                violation = f64::INFINITY;
+            }
+            continue;
+        }
+        let stroke_residual = control.strokes[j] - shape.strokes[j] - cables.stretch(j, t);
+        residuals[j] = stroke_residual;
+        let slack = t[j] <= control.lower[j] && stroke_residual <= 0.0;
+        let slips = t[j] >= control.upper[j] && stroke_residual >= 0.0;
+        let violated = if slack || slips { 0.0 } else { stroke_residual.abs() };
+        // NaN must not pass as zero, and stays.
+        if violated > violation || violated.is_nan() {
+            violation = violated;
+        }
+    }
+    violation
 }
 
 /// x += factor × displacement of the free unknowns.

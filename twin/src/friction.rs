@@ -12,8 +12,7 @@
 
 use hysteron_actuator::Play;
 
-use crate::TwinState;
-use crate::cable::CableShape;
+use crate::cable::{CableShape, Cables};
 use crate::equilibrium_residual::StepTargets;
 use crate::model::{Target, Twin};
 
@@ -49,13 +48,20 @@ pub(crate) fn change_of_bounds(twin: &Twin, bounds: &[f64], control: &StepTarget
     bounds.iter().zip(held).map(|(now, then)| (now - then).abs()).fold(0.0, f64::max) / largest
 }
 
-/// Commits the slip of all points that do under `control` to where their tendons have slid in `shape`.
-pub(crate) fn commit_slip(twin: &Twin, control: &StepTargets, shape: &CableShape, state: &mut TwinState) {
-    let first = twin.tendons.len();
-    for i in 0..state.slip.len() {
-        let (row, jump) = (first + i, state.tensions[first + i]);
+/// Commits the slip of all points that do under `control` to where their tendons have slid in `shape`: `slip`, one number for
+/// each of the last `cables`.
+pub(crate) fn commit_slip(
+    cables: &Cables,
+    control: &StepTargets,
+    shape: &CableShape,
+    tensions: &[f64],
+    slip: &mut [f64],
+) {
+    let first = cables.len() - slip.len();
+    for (i, slip) in slip.iter_mut().enumerate() {
+        let (row, jump) = (first + i, tensions[first + i]);
         if jump == control.lower[row] || jump == control.upper[row] {
-            state.slip[i] = shape.strokes[row] + twin.cables.stretch(row, &state.tensions);
+            *slip = shape.strokes[row] + cables.stretch(row, tensions);
         }
     }
 }

@@ -27,6 +27,7 @@ mod alignment;
 mod anderson;
 mod attachment;
 mod cable;
+pub mod chain;
 pub mod coreact;
 mod equilibrium_residual;
 mod error;

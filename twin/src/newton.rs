@@ -19,7 +19,6 @@ use std::sync::Arc;
 
 use hysteron_fem::vectors::{axpy, dot};
 use hysteron_fem::{FactorKind, Stiffness, StiffnessFactor, Tangent};
-use nalgebra::{DMatrix, DVector};
 
 use crate::equilibrium_residual::{EquilibriumResidual, StepTargets, move_nodes};
 use crate::error::Cause;
@@ -259,46 +258,12 @@ impl Newton {
         };
         self.tensions.pose(control, &state.tensions, stroke_residual);
         if self.n_negative > 0 {
-            return self.solve_taut();
+            return self.tensions.solve_taut(&self.projection.delassus, self.n_negative);
         }
         self.tensions.qp.set_matrix(&self.projection.delassus);
         let solver = self.tensions.solve().map_err(Cause::Qp)?;
         report.clarabel_solves += usize::from(solver == QpSolver::Clarabel);
         Ok(())
-    }
-
-    /// Tension increments with an indefinite W, for the tendons that stay within their bounds: starts
-    /// with all, and leaves each that would go beyond a bound on it. Fails where W is not that of a stable
-    /// equilibrium under the strokes of those tendons.
-    fn solve_taut(&mut self) -> Result<(), Cause> {
-        let TensionStep { stroke_residual, lower, upper, increments, .. } = &mut self.tensions;
-        let n = stroke_residual.len();
-        let mut taut: Vec<usize> = (0..n).filter(|&j| lower[j] < upper[j]).collect();
-        increments.copy_from_slice(lower);
-        while !taut.is_empty() {
-            let w = |i: usize, j: usize| self.projection.delassus[i * n + j];
-            let matrix = DMatrix::from_fn(taut.len(), taut.len(), |k, l| w(taut[k], taut[l]));
-            let right = DVector::from_fn(taut.len(), |k, _| {
-                let i = taut[k];
-                let held = (0..n).filter(|j| !taut.contains(j)).map(|j| w(i, j) * increments[j]);
-                stroke_residual[i] - held.sum::<f64>()
-            });
-            let solution = matrix.clone().lu().solve(&right).ok_or(Cause::NoFactor)?;
-            for (k, &j) in taut.iter().enumerate() {
-                increments[j] = solution[k].clamp(lower[j], upper[j]);
-            }
-            let beyond = |k: usize| (solution[k] - increments[taut[k]]).abs();
-            let worst = (0..taut.len()).max_by(|&a, &b| beyond(a).total_cmp(&beyond(b)));
-            match worst.filter(|&k| beyond(k) > 0.0) {
-                Some(k) => taut.remove(k),
-                None => {
-                    let negative =
-                        matrix.symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count();
-                    return if negative == self.n_negative { Ok(()) } else { Err(Cause::Unstable) };
-                }
-            };
-        }
-        Err(Cause::Unstable)
     }
 
     /// Moves along the Newton step as far as `search` allows.

@@ -17,6 +17,9 @@ pub struct StepReport {
     pub relative_residual: f64,
     /// Largest stroke error [m].
     pub stroke_error: f64,
+    /// Of a chain of condensed sections: how far the largest strain of a section lies beyond those that were validated, over
+    /// the largest of these [-]; zero within, and for a mesh.
+    pub outside: f64,
 }
 
 impl StepReport {

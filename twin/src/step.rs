@@ -23,8 +23,8 @@ const MAX_DAMPED_STEP_LENGTH: f64 = 1.0 / 16.0;
 
 /// Change of a friction bound, of the largest, above which a step is made again with the bounds of where it led, and
 /// how often at most: a jump then ends with the friction of its end.
-const LAGGING: f64 = 0.1;
-const MAX_REPEATS: usize = 8;
+pub(crate) const LAGGING: f64 = 0.1;
+pub(crate) const MAX_REPEATS: usize = 8;
 
 /// Slip and backlash state of an equilibrium with its friction bounds: one value that a step is made from, several times where
 /// it has to be, and that a step commits.
@@ -231,7 +231,7 @@ impl Stepper {
             self.measure_friction(twin, state);
         }
         state.backlash.clone_from(&self.backlash);
-        commit_slip(twin, &self.control, &self.balance.shape, state);
+        commit_slip(&twin.cables, &self.control, &self.balance.shape, &state.tensions, &mut state.slip);
     }
 
     /// The fast iteration, with history and the factor at hand, then without history and with a new factor;

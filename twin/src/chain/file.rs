@@ -1,0 +1,377 @@
+//! A chain in a file: JSON, all numbers to the last digit.
+
+use std::path::Path;
+
+use hysteron_base::{BadInput, file, json};
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::body::{Chain, Part, PartSum, Sink, Site, segments};
+use super::cubic::Cubic;
+use super::section::{Interface, SectionLaw};
+use super::validation::Validation;
+use super::{PADDED, STRAIN, Strain, WARPINGS};
+use crate::Result;
+use crate::equilibrium_residual::least_force;
+use crate::model::Twin;
+
+const FORMAT: &str = "hysteron-chain";
+const VERSION: u32 = 1;
+/// Most sections that are accepted.
+const MAX_SECTIONS: usize = 10_000;
+
+/// A chain in a file.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ChainFile {
+    format: String,
+    version: u32,
+    scene_hash: String,
+    /// Command that made it.
+    command: String,
+    /// Amplitudes of an interface.
+    warpings: usize,
+    asymmetry: f64,
+    validation: Option<Validation>,
+    /// Radius that rotations count with [m].
+    lever: f64,
+    /// Centres of the interfaces at rest [m].
+    interfaces: Vec<[f64; 3]>,
+    sections: Vec<SectionEntry>,
+    parts: Vec<PartEntry>,
+    /// What carries each point of each cable.
+    points: Vec<SumEntry>,
+    tip: SumEntry,
+    /// Forces on parts [N].
+    loads: Vec<(u32, [f64; 3])>,
+    sinks: Vec<SinkEntry>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SinkEntry {
+    parts: Vec<u32>,
+    /// Row-major [m/N].
+    compliance: Vec<f64>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SectionEntry {
+    /// E V [J].
+    scale: f64,
+    /// Lower triangle of K by rows.
+    stiffness: Vec<f64>,
+    /// Coefficients of the cubic polynomial: i <= j <= k, by j, then i, then k.
+    cubic: Vec<f32>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PartEntry {
+    section: usize,
+    /// On its end interface.
+    on_end: bool,
+    share: f64,
+    arm: [f64; 3],
+    /// Ψ by rows.
+    shape: [Vec<f64>; 3],
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SumEntry {
+    offset: [f64; 3],
+    parts: Vec<u32>,
+}
+
+impl Chain {
+    /// Writes the chain. `command` is what made it.
+    ///
+    /// # Errors
+    /// Refusals of the file system.
+    pub fn write(&self, path: &Path, scene_hash: &str, command: &str) -> Result<()> {
+        let parts = |carriers: &[(u32, f64)]| carriers.iter().map(|(part, _)| *part).collect();
+        let points = (0..self.cables.len()).flat_map(|j| self.cables.points_of(j)).map(|point| SumEntry {
+            offset: self.cables.offset(point),
+            parts: parts(self.cables.carriers(point)),
+        });
+        let content = ChainFile {
+            format: FORMAT.into(),
+            version: VERSION,
+            scene_hash: scene_hash.into(),
+            command: command.into(),
+            warpings: WARPINGS,
+            asymmetry: self.asymmetry,
+            validation: self.validation.clone(),
+            lever: self.lever,
+            interfaces: self.rest.iter().map(|interface| interface.center.into()).collect(),
+            sections: self.laws.iter().map(SectionEntry::new).collect(),
+            parts: self.parts.iter().map(PartEntry::new).collect(),
+            points: points.collect(),
+            tip: SumEntry { offset: self.tip.offset.into(), parts: parts(&self.tip.parts) },
+            loads: self.loads.clone(),
+            sinks: self
+                .sinks
+                .iter()
+                .map(|sink| SinkEntry { parts: sink.parts.clone(), compliance: sink.compliance.clone() })
+                .collect(),
+        };
+        let text = json::to_line(&content)
+            .map_err(|error| BadInput::new(path.display().to_string(), "numbers", error.to_string()))?;
+        Ok(file::write_bytes(path, text + "\n")?)
+    }
+
+    /// Reads the chain of a twin: of the same scene and mesh.
+    ///
+    /// # Errors
+    /// Another format, version or scene; sizes or numbers that do not fit together.
+    pub fn read(path: &Path, twin: &Twin, scene_hash: &str) -> Result<Self> {
+        let bad = |what: &str, expected: String, found: String| {
+            BadInput::new(format!("{}: {what}", path.display()), expected, found)
+        };
+        let not_ours = |error: json::Error| bad("content", "a chain by hysteron".into(), error.to_string());
+        let value: json::Value = json::from_text(file::read_bytes(path)?).map_err(not_ours)?;
+        let (format, version) = (value["format"].as_str().unwrap_or_default(), &value["version"]);
+        if format != FORMAT || *version != VERSION {
+            return Err(bad("format", format!("{FORMAT} {VERSION}"), format!("{format} {version}"))
+                .hint("what another version of the program wrote has to be made again")
+                .into());
+        }
+        let content: ChainFile = json::from_value(&value).map_err(not_ours)?;
+        if content.scene_hash != scene_hash {
+            return Err(bad("scene_hash", scene_hash.into(), content.scene_hash)
+                .hint("a chain belongs to the scene and mesh that it was made with; make it again")
+                .into());
+        }
+        content.check(twin).map_err(|(what, expected, found)| bad(what, expected, found))?;
+        Ok(content.into_chain(twin))
+    }
+}
+
+type Refusal = (&'static str, String, String);
+
+impl ChainFile {
+    /// Fails where sizes or numbers do not fit together.
+    fn check(&self, twin: &Twin) -> std::result::Result<(), Refusal> {
+        let count = |what, expected: usize, found: usize| {
+            if expected == found { Ok(()) } else { Err((what, expected.to_string(), found.to_string())) }
+        };
+        let n = self.sections.len();
+        if !(2..=MAX_SECTIONS).contains(&n) {
+            return Err(("sections", format!("2 to {MAX_SECTIONS}"), n.to_string()));
+        }
+        count("warpings", WARPINGS, self.warpings)?;
+        count("interfaces", n + 1, self.interfaces.len())?;
+        for section in &self.sections {
+            count("sections: stiffness", STRAIN * (STRAIN + 1) / 2, section.stiffness.len())?;
+            count("sections: cubic", Cubic::COEFFICIENTS, section.cubic.len())?;
+        }
+        for part in &self.parts {
+            part.shape.iter().try_for_each(|row| count("parts: shape", STRAIN, row.len()))?;
+            if part.section >= n {
+                return Err(("parts: section", format!("below {n}"), part.section.to_string()));
+            }
+        }
+        let points = (0..twin.cables.len()).map(|j| twin.cables.points_of(j).len()).sum();
+        count("points", points, self.points.len())?;
+        let sums = self.points.iter().chain([&self.tip]).flat_map(|sum| &sum.parts);
+        let sums = sums.chain(self.sinks.iter().flat_map(|sink| &sink.parts));
+        if let Some(part) =
+            sums.chain(self.loads.iter().map(|load| &load.0)).find(|p| **p as usize >= self.parts.len())
+        {
+            return Err(("part", format!("below {}", self.parts.len()), part.to_string()));
+        }
+        for sink in &self.sinks {
+            count("sinks: compliance", 9 * sink.parts.len() * sink.parts.len(), sink.compliance.len())?;
+        }
+        match self.numbers().find(|number| !number.is_finite()) {
+            Some(number) => Err(("numbers", "finite ones".into(), number.to_string())),
+            None if self.lever > 0.0 => Ok(()),
+            None => Err(("lever", "a length".into(), self.lever.to_string())),
+        }
+    }
+
+    fn numbers(&self) -> impl Iterator<Item = f64> {
+        let sections = self.sections.iter().flat_map(|section| {
+            let cubic = section.cubic.iter().map(|c| f64::from(*c));
+            section.stiffness.iter().copied().chain(cubic).chain([section.scale])
+        });
+        let parts = self
+            .parts
+            .iter()
+            .flat_map(|part| part.shape.iter().flatten().copied().chain(part.arm).chain([part.share]));
+        let offsets = self.points.iter().chain([&self.tip]).flat_map(|sum| sum.offset);
+        let rest = self.interfaces.iter().copied().chain(self.loads.iter().map(|load| load.1)).flatten();
+        let single = [self.lever, self.asymmetry].into_iter();
+        let single = single.chain(self.sinks.iter().flat_map(|sink| sink.compliance.iter().copied()));
+        sections.chain(parts).chain(offsets).chain(rest).chain(single)
+    }
+
+    fn into_chain(self, twin: &Twin) -> Chain {
+        let mut points = self.points.iter();
+        let cables = twin.cables.carried_by(|offset, _| {
+            points.next().map_or((offset, Vec::new()), |sum| (sum.offset, sum.weighted()))
+        });
+        let centers: Vec<Vector3<f64>> = self.interfaces.into_iter().map(Vector3::from).collect();
+        let at_rest = |center: &Vector3<f64>| Interface {
+            center: *center,
+            rotation: Matrix3::identity(),
+            warping: [0.0; WARPINGS],
+        };
+        Chain {
+            isa: twin.body.isa,
+            rest: centers.iter().map(at_rest).collect(),
+            laws: self
+                .sections
+                .iter()
+                .zip(centers.windows(2))
+                .map(|(section, pair)| section.law(pair[1] - pair[0]))
+                .collect(),
+            parts: self.parts.iter().map(PartEntry::part).collect(),
+            segments: segments(&cables),
+            cables,
+            n_friction: twin.friction.len(),
+            n_backlash: twin.n_backlash(),
+            loads: self.loads,
+            tip: PartSum { offset: self.tip.offset.into(), parts: self.tip.weighted() },
+            tracker: twin.tracker,
+            sinks: self
+                .sinks
+                .into_iter()
+                .map(|entry| Sink { parts: entry.parts, compliance: entry.compliance })
+                .collect(),
+            lever: self.lever,
+            accuracy: twin.accuracy,
+            least_force: least_force(twin),
+            asymmetry: self.asymmetry,
+            validation: self.validation,
+        }
+    }
+}
+
+impl SumEntry {
+    fn weighted(&self) -> Vec<(u32, f64)> {
+        self.parts.iter().map(|&part| (part, 1.0)).collect()
+    }
+}
+
+impl SectionEntry {
+    fn new(law: &SectionLaw) -> Self {
+        let lower = (0..STRAIN).flat_map(|i| law.stiffness[i][..=i].to_vec());
+        Self { scale: law.scale, stiffness: lower.collect(), cubic: law.cubic.coefficients() }
+    }
+
+    fn law(&self, rest: Vector3<f64>) -> SectionLaw {
+        let mut stiffness = [[0.0; PADDED]; STRAIN];
+        let mut numbers = self.stiffness.iter();
+        for i in 0..STRAIN {
+            for (j, number) in (0..=i).zip(&mut numbers) {
+                stiffness[i][j] = *number;
+                stiffness[j][i] = *number;
+            }
+        }
+        SectionLaw { rest, stiffness, cubic: Cubic::from_coefficients(&self.cubic), scale: self.scale }
+    }
+}
+
+impl PartEntry {
+    fn new(part: &Part) -> Self {
+        Self {
+            section: part.site.section(),
+            on_end: matches!(part.site, Site::End(_)),
+            share: part.share,
+            arm: part.arm.into(),
+            shape: part.shape.each_ref().map(|row| row[..STRAIN].to_vec()),
+        }
+    }
+
+    fn part(&self) -> Part {
+        let padded = |row: &Vec<f64>| {
+            let mut padded: Strain = [0.0; PADDED];
+            padded[..STRAIN].copy_from_slice(row);
+            padded
+        };
+        Part {
+            site: if self.on_end { Site::End(self.section) } else { Site::Within(self.section) },
+            share: self.share,
+            arm: self.arm.into(),
+            shape: self.shape.each_ref().map(padded),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hysteron_base::MaterialLaw;
+    use hysteron_fem::Order;
+
+    use super::*;
+    use crate::chain::{ChainStepper, ValidationOptions};
+    use crate::{Target, scenes};
+
+    fn robot() -> (Twin, Chain) {
+        let (mut scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
+        scene.gravity = [3.0, -5.0, 9.0];
+        scenes::roughen(&mut scene, 1e-4);
+        let twin = Twin::new(&scene, &mesh).expect("a good scene");
+        let chain = Chain::new(&twin).expect("a chain");
+        (twin, chain)
+    }
+
+    #[test]
+    fn chain_that_was_read_makes_the_same_steps() {
+        let (twin, mut chain) = robot();
+        let options = ValidationOptions { count: 1, stroke: 1e-4, tension: 0.0, seed: 1 };
+        chain.validate(&twin, &options, |_| true).expect("good targets");
+        let place = tempfile::tempdir().expect("a folder");
+        let path = place.path().join("chain.json");
+        chain.write(&path, "abc", "test").expect("a file");
+        let read = Chain::read(&path, &twin, "abc").expect("the same");
+        assert_eq!(read.validation, chain.validation);
+        let steps = |chain: &Chain| {
+            let mut stepper = ChainStepper::new(&twin, chain);
+            for k in 1..=3 {
+                let stroke = 2e-4 * f64::from(k);
+                stepper
+                    .step(&twin, chain, &[stroke, 0.0, -stroke, 0.0].map(Target::Stroke))
+                    .expect("an equilibrium");
+            }
+            stepper.state().clone()
+        };
+        assert_eq!(steps(&read), steps(&chain));
+        assert!(steps(&chain).tensions[0] > 0.1);
+    }
+
+    #[test]
+    fn files_that_do_not_fit_are_refused() {
+        let (twin, chain) = robot();
+        let place = tempfile::tempdir().expect("a folder");
+        let path = place.path().join("chain.json");
+        chain.write(&path, "abc", "test").expect("a file");
+        let refused = |scene_hash: &str| {
+            let error = Chain::read(&path, &twin, scene_hash).expect_err("does not fit");
+            let place = error.bad_input().map(|bad| bad.place.clone()).unwrap_or_default();
+            place.rsplit(": ").next().unwrap_or_default().to_owned()
+        };
+        assert_eq!(refused("abd"), "scene_hash");
+        let whole = std::fs::read(&path).expect("the file");
+        let value: json::Value = json::from_text(&whole).expect("JSON");
+        let check = |change: &dyn Fn(&mut json::Value), expected: &str| {
+            let mut value = value.clone();
+            change(&mut value);
+            std::fs::write(&path, json::to_line(&value).expect("a line")).expect("written");
+            assert_eq!(refused("abc"), expected);
+        };
+        check(&|value| value["version"] = 2.into(), "format");
+        check(&|value| value["other"] = 2.into(), "content");
+        check(&|value| value["warpings"] = 9.into(), "warpings");
+        check(&|value| value["parts"][3]["section"] = 8.into(), "section");
+        check(&|value| value["tip"]["parts"][0] = 1_000_000.into(), "part");
+        check(&|value| value["sections"][1]["stiffness"][7] = "NaN".into(), "numbers");
+        check(&|value| value["sections"][1]["cubic"] = json::Value::Array(Vec::new()), "cubic");
+        check(&|value| value["lever"] = 0.into(), "lever");
+        std::fs::write(&path, &whole[..whole.len() / 2]).expect("written");
+        assert_eq!(refused("abc"), "content");
+    }
+}
