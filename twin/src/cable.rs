@@ -158,6 +158,7 @@ impl Cables {
         let mut new = self.clone();
         for point in &mut new.points {
             (point.offset, point.carriers) = map(point.offset, &point.carriers);
+            point.coupled.clear();
         }
         new
     }

@@ -29,6 +29,7 @@ mod reach;
 mod record;
 mod recorded_checks;
 mod recording_checks;
+mod reduce;
 mod registers;
 mod reports;
 mod repository;

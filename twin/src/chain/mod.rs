@@ -7,7 +7,7 @@
 //!
 //! Files in reading order: `rotation`, `section` (strain, its variations), `cubic`, `band` (the factor), `cut` and `warping` (where
 //! interfaces lie and how they deform), `condense` (the law of a section), `body` (the whole chain), `balance` and `tangent`
-//! (residual of an equilibrium and its derivative), `stepper`, `validation` (errors against the finite elements), `file`.
+//! (residual of an equilibrium and its derivative), `stepper`, `shape` (as the twin sees it), `validation` (errors against the finite elements), `file`.
 //!
 //! # References
 //! Simo, Vu-Quoc (1986), A three-dimensional finite-strain rod model, part II; Craig, Bampton (1968), Coupling of
@@ -23,6 +23,7 @@ mod cut;
 mod file;
 mod rotation;
 mod section;
+mod shape;
 mod stepper;
 mod tangent;
 mod validation;

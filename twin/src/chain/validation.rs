@@ -28,7 +28,7 @@ pub struct ValidationOptions {
 }
 
 /// Errors of a chain against its finite elements.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Validation {
     /// Equilibria that were compared.

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use hysteron_twin::chain::{Chain, ChainStepper};
 use hysteron_twin::{Stepper, Twin, TwinState};
 
 use super::command::Command;
@@ -21,6 +22,18 @@ pub struct RunState {
     pub summary: RunSummary,
     /// State in which the tip was farthest from rest, and its sample.
     pub farthest: (usize, TwinState),
+    /// Samples in which a chain was bent further than it was validated.
+    pub n_outside: usize,
+}
+
+/// What a run moves the robot with.
+pub enum RunModel<'a, 'b> {
+    /// The twin.
+    Twin,
+    /// The twin with a residual network.
+    Network(&'a mut Residual<'b>),
+    /// A chain that stands for the twin's body.
+    Chain(&'a Chain),
 }
 
 /// How a run ended.
@@ -37,39 +50,49 @@ pub enum RunEnd {
 enum Driver<'a, 'b> {
     Stepper(Box<Stepper>),
     Network(&'a mut Residual<'b>),
+    Chain(&'a Chain, Box<ChainStepper>),
 }
 
 impl RunState {
     /// From an equilibrium, after the samples that `trace` has.
     pub fn new(twin: TwinState, trace: Trace) -> Self {
         let farthest = (trace.len(), twin.clone());
-        Self { twin, trace, summary: RunSummary::default(), farthest }
+        Self { twin, trace, summary: RunSummary::default(), farthest, n_outside: 0 }
     }
 }
 
 impl<'a, 'b> Driver<'a, 'b> {
-    /// The residual network where there is one, or else the twin from an equilibrium.
-    fn new(twin: &Twin, residual: Option<&'a mut Residual<'b>>, start: &TwinState) -> anyhow::Result<Self> {
-        if let Some(residual) = residual {
-            return Ok(Self::Network(residual));
-        }
-        let mut stepper = Stepper::new(twin);
-        stepper.restore(twin, start)?;
-        Ok(Self::Stepper(Box::new(stepper)))
+    /// From an equilibrium of the twin; networks and chains begin at rest.
+    fn new(twin: &Twin, model: RunModel<'a, 'b>, start: &TwinState) -> anyhow::Result<Self> {
+        Ok(match model {
+            RunModel::Network(residual) => Self::Network(residual),
+            RunModel::Chain(chain) => Self::Chain(chain, Box::new(ChainStepper::new(twin, chain))),
+            RunModel::Twin => {
+                let mut stepper = Stepper::new(twin);
+                stepper.restore(twin, start)?;
+                Self::Stepper(Box::new(stepper))
+            }
+        })
     }
 
-    /// Moves the robot to the equilibrium of sample `row`; gives the tip [m].
+    /// Moves the robot to the equilibrium of sample `row`; gives the tip and the strokes that servos show [m].
     fn step(
         &mut self,
         twin: &Twin,
         command: &Command,
         row: usize,
         run: &mut RunState,
-    ) -> anyhow::Result<[f64; 3]> {
-        let (report, tip) = match self {
+    ) -> anyhow::Result<([f64; 3], Vec<f64>)> {
+        let (report, tip, strokes) = match self {
             Self::Network(residual) => {
                 let step = residual.step(&command.primary_strokes(row), &mut run.twin)?;
-                (step.report, step.tip)
+                (step.report, step.tip, twin.commands_of(&run.twin))
+            }
+            Self::Chain(chain, stepper) => {
+                let report = stepper.step(twin, chain, &command.targets(row))?;
+                chain.copy_tensions(stepper.state(), &mut run.twin);
+                run.n_outside += usize::from(report.outside > 0.0);
+                (report, chain.tip_of(stepper.state()), stepper.commands(twin))
             }
             Self::Stepper(stepper) => {
                 let targets = command.targets(row);
@@ -81,11 +104,18 @@ impl<'a, 'b> Driver<'a, 'b> {
                     }),
                 };
                 run.twin.clone_from(stepper.state());
-                (step?, twin.tip_of(&run.twin))
+                (step?, twin.tip_of(&run.twin), twin.commands_of(&run.twin))
             }
         };
         run.summary.add(&report);
-        command.overloaded(twin, &run.twin).map_or(Ok(tip), Err)
+        command.overloaded(twin, &run.twin).map_or(Ok((tip, strokes)), Err)
+    }
+
+    /// Brings the nodes of `state`, of the sample that was just made, to where pictures show them.
+    fn show(&self, twin: &Twin, state: &mut TwinState) {
+        if let Self::Chain(chain, stepper) = self {
+            chain.move_nodes(twin, stepper.state(), state);
+        }
     }
 }
 
@@ -93,12 +123,12 @@ impl<'a, 'b> Driver<'a, 'b> {
 pub fn follow(
     twin: &Twin,
     command: &Command,
-    residual: Option<&mut Residual>,
+    model: RunModel,
     run: &mut RunState,
     mut series: Option<&mut Series>,
     context: &Context,
 ) -> anyhow::Result<RunEnd> {
-    let mut driver = Driver::new(twin, residual, &run.twin)?;
+    let mut driver = Driver::new(twin, model, &run.twin)?;
     let rest = twin.tip_of(&twin.rest());
     let distance = |tip: [f64; 3]| (0..3).map(|c| (tip[c] - rest[c]).powi(2)).sum::<f64>();
     let mut largest = f64::NEG_INFINITY;
@@ -111,8 +141,8 @@ pub fn follow(
             end = RunEnd::Interrupted;
             break;
         }
-        let tip = match driver.step(twin, command, row, run) {
-            Ok(tip) => tip,
+        let (tip, strokes) = match driver.step(twin, command, row, run) {
+            Ok(found) => found,
             Err(error) => {
                 // Back to the last sample, so that state and recording agree.
                 run.twin.clone_from(&before);
@@ -120,8 +150,12 @@ pub fn follow(
                 break;
             }
         };
+        run.trace.push(&run.twin, &strokes, tip);
+        let is_pictured = series.as_ref().is_some_and(|series| series.has(row));
+        if is_pictured || distance(tip) > largest {
+            driver.show(twin, &mut run.twin);
+        }
         before.clone_from(&run.twin);
-        run.trace.push(twin, &run.twin, tip);
         if distance(tip) > largest {
             largest = distance(tip);
             run.farthest.0 = row;

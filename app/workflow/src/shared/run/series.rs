@@ -57,9 +57,14 @@ impl Series {
         Ok(new)
     }
 
+    /// Whether a sample has a picture.
+    pub fn has(&self, row: usize) -> bool {
+        row.is_multiple_of(self.every)
+    }
+
     /// Writes a picture if this sample has one.
     pub fn add(&mut self, twin: &Twin, state: &TwinState, row: usize, time: f64) -> anyhow::Result<()> {
-        if !row.is_multiple_of(self.every) {
+        if !self.has(row) {
             return Ok(());
         }
         let [body, tendons] = self.files(row);

@@ -34,6 +34,9 @@ pub struct RunSummary {
     /// Part of the samples in which the residual network left its training range, if there was one [-].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extrapolated: Option<f64>,
+    /// Part of the samples in which a chain was bent further than it was validated, if there was one [-].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub outside_validation: Option<f64>,
     /// Samples in the recording.
     pub samples: usize,
     /// Time from the first to the last sample [s].
@@ -169,6 +172,12 @@ impl RunSummary {
         }
         if let Some(part) = self.extrapolated {
             tracing::info!("the network left its training range in {:.1} % of samples", 100.0 * part);
+        }
+        if let Some(part) = self.outside_validation.filter(|part| *part > 0.0) {
+            tracing::warn!(
+                "the chain was bent further than it was validated in {:.1} % of samples: make it with a larger --stroke-mm",
+                100.0 * part
+            );
         }
         if let Some(goals) = &self.goals {
             goals.log(self.samples, per_step(self.rounds));

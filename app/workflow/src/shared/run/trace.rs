@@ -36,15 +36,15 @@ impl Trace {
     }
 
     /// Adds a sample.
-    pub fn push(&mut self, twin: &Twin, state: &TwinState, tip: [f64; 3]) {
+    pub fn push(&mut self, state: &TwinState, strokes: &[f64], tip: [f64; 3]) {
         for (column, value) in self.tip.iter_mut().zip(tip) {
             column.push(value);
         }
         for (column, value) in self.tensions.iter_mut().zip(&state.tensions) {
             column.push(*value);
         }
-        for (column, value) in self.strokes.iter_mut().zip(twin.commands_of(state)) {
-            column.push(value);
+        for (column, value) in self.strokes.iter_mut().zip(strokes) {
+            column.push(*value);
         }
     }
 
