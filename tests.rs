@@ -1,0 +1,196 @@
+//! What several tests share, and tests of the whole chain against the finite elements.
+
+use hysteron_base::MaterialLaw;
+use hysteron_fem::Order;
+use rand::RngExt;
+
+use super::balance::ChainBalance;
+use super::band::BlockVector;
+use super::cut::Cut;
+use super::tangent::TangentAssembly;
+use super::warping::{interfaces, responses, rest};
+use super::{BLOCK, Chain, ChainStepper, Interface};
+use crate::equilibrium_residual::StepTargets;
+use crate::{Stepper, Target, Twin, scenes};
+
+/// A chain away from rest.
+pub(super) struct Moved {
+    pub chain: Chain,
+    pub interfaces: Vec<Interface>,
+    /// Tension of each cable [N].
+    pub tensions: Vec<f64>,
+}
+
+/// A chain with tendons, friction points, a constant load and curved interfaces: turns of a tenth of a radian from section to
+/// section, and a tenth of a millimetre of everything else.
+pub(super) fn moved_chain() -> (Twin, Moved) {
+    let (mut scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
+    scene.gravity = [3.0, -5.0, 9.0];
+    scenes::roughen(&mut scene, 1e-4);
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let chain = Chain::new(&twin).expect("a chain");
+    let mut rng = hysteron_base::rng(1, "chain/moved");
+    let mut interfaces = chain.rest.clone();
+    for i in 1..interfaces.len() {
+        let change: Vec<BlockVector> = (1..interfaces.len())
+            .map(|k| {
+                let mut change = [0.0; BLOCK];
+                if k >= i {
+                    change[..6].fill_with(|| 1e-4 * rng.random_range(-1.0..1.0));
+                    let turn: [f64; 3] = [0.08, -0.05, 0.03];
+                    for c in 0..3 {
+                        change[3 + c] += chain.lever * turn[c];
+                    }
+                }
+                if k == i {
+                    change[6..].fill_with(|| 1e-4 * rng.random_range(-1.0..1.0));
+                }
+                change
+            })
+            .collect();
+        chain.apply(1.0, &change, &mut interfaces);
+    }
+    let tensions = (0..twin.cables.len()).map(|_| rng.random_range(0.0..2.0)).collect();
+    (twin, Moved { chain, interfaces, tensions })
+}
+
+#[test]
+fn small_deflections_are_those_of_the_finite_elements_where_the_warpings_span_them() {
+    // Nine unit loads have nine responses: all of them are in the basis of ten warpings, so only round-off is left.
+    let mesh = scenes::tube(0.04, 0.006, 0.0025, 24, Order::Quadratic);
+    let mut scene = scenes::scene("beam", MaterialLaw::SmallStrain);
+    // So little that geometric terms, weight over E A, are 1e-11.
+    scene.gravity = [1e-6, -2e-6, 3e-6];
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let chain = Chain::new(&twin).expect("a chain");
+    let load: Vec<f64> =
+        twin.loads[..twin.body.n_free].iter().flat_map(|force| force[..3].to_vec()).collect();
+    let exact = &responses(&twin.body, vec![load]).expect("a factor")[0];
+    let mut balance = ChainBalance::new(&chain);
+    balance.evaluate(&chain, &StepTargets::new(&twin, &[]), &chain.rest, &[]);
+    let mut tangent = TangentAssembly::pattern(&chain);
+    TangentAssembly::new(&chain).assemble_into(&chain, &balance, &[], &mut tangent);
+    assert_eq!(tangent.factorize(), Some(0));
+    let mut change = balance.residual.clone();
+    tangent.solve(&mut change);
+    let interfaces = interfaces(&twin, &Cut::new(&twin.body, &[]).expect("a cut")).expect("responses");
+    let largest = exact.iter().fold(0.0f64, |max, u| max.max(u.abs()));
+    assert!(largest > 1e-12);
+    for (interface, change) in interfaces[1..].iter().zip(&change) {
+        for (node, warpings) in interface.nodes.iter().zip(&interface.warpings) {
+            let arm = rest(&twin.body, *node) - interface.center;
+            let turn = nalgebra::Vector3::new(change[3], change[4], change[5]) / chain.lever;
+            let rigid = nalgebra::Vector3::new(change[0], change[1], change[2]) + turn.cross(&arm);
+            let moved = warpings.iter().zip(&change[6..]).fold(rigid, |sum, (warping, w)| sum + *w * warping);
+            for c in 0..3 {
+                // The chain moves against its residual.
+                let error = (moved[c] + exact[3 * *node as usize + c]).abs();
+                assert!(error < 1e-9 * largest, "node {node}: {error} of {largest}");
+            }
+        }
+    }
+}
+
+#[test]
+fn pulled_chain_follows_its_finite_elements() {
+    let (scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let chain = Chain::new(&twin).expect("a chain");
+    let (mut fine, mut coarse) = (Stepper::new(&twin), ChainStepper::new(&twin, &chain));
+    for k in 1..=10 {
+        let part = 2e-4 * f64::from(k);
+        let targets = [part, 0.3 * part, -part, -0.3 * part].map(Target::Stroke);
+        fine.step(&twin, &targets).expect("an equilibrium");
+        let report = coarse.step(&twin, &chain, &targets).expect("an equilibrium of the chain");
+        let (tip, moved) = (twin.tip_of(fine.state()), chain.tip_of(coarse.state()));
+        let rest = twin.tip_of(&twin.rest());
+        let apart = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
+        let error = apart(tip, moved) / apart(tip, rest);
+        // Of a turn by 25 degrees in 40 mm: what the energy leaves out is of fourth order.
+        assert!(error < 1e-3, "{k}: tip {error}");
+        let error = (fine.state().tensions[0] - coarse.state().tensions[0]).abs() / fine.state().tensions[0];
+        assert!(error < 1e-3, "{k}: tension {error}");
+        assert!(report.relative_residual <= twin.accuracy.relative_residual);
+    }
+}
+
+#[test]
+fn compliance_and_tip_response_are_derivatives_by_tensions() {
+    let (mut scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
+    scene.solver.relative_residual = 1e-12;
+    scene.gravity = [3.0, -5.0, 9.0];
+    for tendon in &mut scene.tendons {
+        tendon.compliance = 1e-4;
+    }
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let chain = Chain::new(&twin).expect("a chain");
+    let tensions = [4.0, 1.0, 0.5, 2.0];
+    let mut stepper = ChainStepper::new(&twin, &chain);
+    let mut at = |tensions: [f64; 4]| {
+        stepper.step(&twin, &chain, &tensions.map(Target::Tension)).expect("an equilibrium");
+        let tip = chain.tip_of(stepper.state());
+        let pulled: Vec<f64> =
+            (0..4).map(|j| stepper.stroke(j) + chain.cables.stretch(j, &tensions)).collect();
+        (tip, pulled)
+    };
+    // How far cable points sink in depends on the shape, which the tangent leaves out: a part T/l C of the sinking, which is a
+    // few thousandths of the stroke here.
+    const NEGLECTED: f64 = 1e-3;
+    // Third derivatives are of the size of the first over tensions of newtons, squared: 1e-6 at a millinewton.
+    let h = 1e-3;
+    let mut differences = Vec::new();
+    for j in 0..4 {
+        let moved = |sign: f64| {
+            let mut moved = tensions;
+            moved[j] += sign * h;
+            moved
+        };
+        let ((tip_ahead, ahead), (tip_behind, behind)) = (at(moved(1.0)), at(moved(-1.0)));
+        let tip: [f64; 3] = std::array::from_fn(|c| (tip_ahead[c] - tip_behind[c]) / (2.0 * h));
+        let strokes: Vec<f64> = ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * h)).collect();
+        differences.push((tip, strokes));
+    }
+    at(tensions);
+    let delassus = stepper.delassus(&twin, &chain).expect("a factor");
+    let tip = stepper.tip_per_tension(&twin, &chain).expect("a factor");
+    let largest = delassus.iter().fold(0.0f64, |max, w| max.max(w.abs()));
+    let farthest = tip.iter().flatten().fold(0.0f64, |max, w| max.max(w.abs()));
+    for (j, (by_tip, by_strokes)) in differences.iter().enumerate() {
+        for i in 0..4 {
+            let (exact, difference) = (delassus[4 * i + j], by_strokes[i]);
+            assert!((exact - difference).abs() < NEGLECTED * largest, "{i} {j}: {exact} and {difference}");
+        }
+        for c in 0..3 {
+            assert!(
+                (tip[c][j] - by_tip[c]).abs() < NEGLECTED * farthest,
+                "{c} {j}: {} and {}",
+                tip[c][j],
+                by_tip[c]
+            );
+        }
+    }
+    assert!(farthest > 1e-4 && largest > 1e-5);
+}
+
+#[test]
+fn friction_leaves_the_chain_where_it_leaves_the_finite_elements() {
+    let (mut scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
+    scenes::roughen(&mut scene, 1e-5);
+    scene.friction = Some(hysteron_base::Friction { backlash: 1e-4, ..scenes::ROUGH });
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let chain = Chain::new(&twin).expect("a chain");
+    let (mut fine, mut coarse) = (Stepper::new(&twin), ChainStepper::new(&twin, &chain));
+    let mut turned = Vec::new();
+    for k in 0..60 {
+        // There and back: the way back lags behind.
+        let stroke = 1e-3 * (f64::from(k) / 30.0 * std::f64::consts::PI).sin().abs();
+        let targets = [stroke, 0.0, -stroke, 0.0].map(Target::Stroke);
+        fine.step(&twin, &targets).expect("an equilibrium");
+        coarse.step(&twin, &chain, &targets).expect("an equilibrium of the chain");
+        let (tension, other) = (fine.state().tensions[0], coarse.state().tensions[0]);
+        // Of three newtons: a thousandth, as without friction.
+        assert!((tension - other).abs() < 3e-3, "{k}: {tension} and {other}");
+        turned.push(tension);
+    }
+    assert!(turned[15] > 2.0 && (turned[10] - turned[20]).abs() > 0.2, "{turned:?}");
+}
