@@ -560,29 +560,3 @@ fn part_of(from: &StepTargets, to: &StepTargets, t: f64) -> StepTargets {
     }
     part
 }
-
-#[cfg(test)]
-impl ChainStepper {
-    pub fn debug_time(&mut self, chain: &Chain) {
-        let n = 3000;
-        let time = |name: &str, f: &mut dyn FnMut()| {
-            let mut best = f64::INFINITY;
-            for _ in 0..20 { let t = std::time::Instant::now(); for _ in 0..n / 20 { f(); } best = best.min(t.elapsed().as_secs_f64()); }
-            println!("{name}: {:.2} us", 1e6 * best / f64::from(n / 20));
-        };
-        time("evaluate", &mut || self.evaluate(chain));
-        time("place", &mut || self.balance.place(chain, &self.state.interfaces));
-        time("stress", &mut || for e in 0..chain.n_sections() { std::hint::black_box(chain.laws[e].stress(chain.isa, &self.balance.poses[e].strain)); });
-        time("tangent of laws", &mut || for e in 0..chain.n_sections() { std::hint::black_box(chain.laws[e].tangent(chain.isa, &self.balance.poses[e].strain)); });
-        time("assemble", &mut || self.assembly.assemble_into(chain, &self.balance, &self.state.tensions, &mut self.tangent));
-        let tangent = self.tangent.clone();
-        time("copy", &mut || self.tangent = tangent.clone());
-        time("copy + factorize", &mut || { self.tangent = tangent.clone(); self.tangent.factorize(); });
-        let mut x = self.balance.residual.clone();
-        time("solve", &mut || self.tangent.solve(&mut x));
-        time("row", &mut || self.balance.row_into(chain, 0, &mut self.rows[0]));
-        self.evaluate(chain);
-        time("refactorise", &mut || { self.refactorise(chain, &mut StepReport::default()).unwrap(); });
-        time("predict", &mut || self.predict(chain));
-    }
-}

@@ -194,13 +194,3 @@ fn friction_leaves_the_chain_where_it_leaves_the_finite_elements() {
     }
     assert!(turned[15] > 2.0 && (turned[10] - turned[20]).abs() > 0.2, "{turned:?}");
 }
-
-#[test]
-fn debug_time() {
-    let scene = hysteron_base::Scene::read(std::path::Path::new("../meshes/tpu80/scene.toml")).unwrap();
-    let twin = Twin::from_scene(&scene).unwrap();
-    let chain = Chain::new(&twin).unwrap();
-    let mut s = ChainStepper::new(&twin, &chain);
-    for k in 1..=20 { s.step(&twin, &chain, &[1e-4 * k as f64, 0.0, -1e-4 * k as f64, 0.0].map(Target::Stroke)).unwrap(); }
-    s.debug_time(&chain);
-}
