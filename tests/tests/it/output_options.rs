@@ -35,7 +35,7 @@ const OPTIONS: [(&str, &str, Names); 45] = [
     ("reach scene.toml --goals rec.csv --out new.csv", "--save-state", File(&[])),
     ("mesh --length-mm 80 --outer-diameter-mm 12 --layers 8", "--out", MESH),
     ("mesh --length-mm 80 --outer-diameter-mm 12 --layers 8 --out new.msh", "--vtu", File(&[])),
-    ("reduce scene.toml --equilibria 1", "--out", File(&[])),
+    ("reduce scene.toml --count 1", "--out", File(&[])),
     ("record --rig virtual:typical --plan quick --only circle", "--out", Folder),
     ("record --rig virtual:typical --strokes strokes.csv --out new.csv", "--figures", Folder),
     ("fit-material scene.toml rec.csv", "--out", File(&[])),

@@ -12,7 +12,7 @@ fn a_chain_follows_the_finite_elements_as_closely_as_its_file_states() {
     let place = Workplace::new();
     place.write_circle("strokes.csv", 300);
     place.simulate("strokes.csv", "mesh.csv").succeeded();
-    let reduce = ["reduce", "scene.toml", "--equilibria", "6", "--out", "chain.json"];
+    let reduce = ["reduce", "scene.toml", "--count", "6", "--out", "chain.json"];
     let outcome = place.run(&reduce).succeeded();
     assert!(outcome.stdout.starts_with("Usable"), "{}", outcome.stdout);
     let stored: json::Value = json::from_text(place.read("chain.json")).unwrap();
@@ -44,7 +44,7 @@ fn a_chain_follows_the_finite_elements_as_closely_as_its_file_states() {
 fn a_chain_of_another_scene_and_runs_that_begin_elsewhere_are_refused() {
     let place = Workplace::new();
     place.write_circle("strokes.csv", 20);
-    place.run(&["reduce", "scene.toml", "--equilibria", "1", "--out", "chain.json"]).succeeded();
+    place.run(&["reduce", "scene.toml", "--count", "1", "--out", "chain.json"]).succeeded();
     let simulate =
         ["simulate", "scene.toml", "--strokes", "strokes.csv", "--out", "r.csv", "--reduced", "chain.json"];
     let with = |more: &[&str]| place.run(&[&simulate[..], more].concat());
@@ -52,7 +52,7 @@ fn a_chain_of_another_scene_and_runs_that_begin_elsewhere_are_refused() {
     place.replace("scene.toml", "seed = ", "seed = 1");
     assert!(with(&[]).error(2).contains("make it again"));
     for (option, value) in
-        [("--stroke-mm", "0"), ("--stroke-mm", "nan"), ("--tension-n", "-1"), ("--equilibria", "0")]
+        [("--stroke-mm", "0"), ("--stroke-mm", "nan"), ("--tension-n", "-1"), ("--count", "0")]
     {
         let refused = place.run(&["reduce", "scene.toml", "--out", "new.json", option, value]);
         assert!(refused.error(2).contains(option), "{option} {value}");

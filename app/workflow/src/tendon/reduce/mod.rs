@@ -1,4 +1,4 @@
-//! `hysteron reduce`: a scene's body as a chain of condensed sections, checked against its finite elements.
+//! `hysteron reduce`: the body of a robot as a chain of condensed sections, compared with its mesh.
 
 mod options;
 mod outcome;
