@@ -10,7 +10,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use hysteron_base::Scene;
-use hysteron_twin::chain::{Chain, ChainStepper, Spread, ValidationOptions};
+use hysteron_twin::chain::{Chain, ChainStepper, ErrorSpread, ValidationOptions};
 use hysteron_twin::{Accuracy, Result, StepReport, Stepper, Target, Twin};
 
 /// Radius and step of the circle [m].
@@ -46,7 +46,7 @@ fn main() -> Result<()> {
     };
     chain.validate(&twin, &options, |_| true)?;
     if let Some(validation) = &chain.validation {
-        let row = |name: &str, unit: f64, spread: &Spread| {
+        let row = |name: &str, unit: f64, spread: &ErrorSpread| {
             let [a, b, c] = [spread.median, spread.percentile_99, spread.largest].map(|error| unit * error);
             println!("{name}: median {a:.3}, 99 % {b:.3}, largest {c:.3}");
         };

@@ -31,7 +31,7 @@ mod warping;
 pub use body::{Chain, ChainState};
 pub use section::Interface;
 pub use stepper::ChainStepper;
-pub use validation::{Spread, Validation, ValidationOptions};
+pub use validation::{ErrorSpread, Validation, ValidationOptions};
 
 #[cfg(test)]
 mod tests;

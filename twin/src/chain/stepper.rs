@@ -34,7 +34,7 @@ const MAX_NEWTON: usize = 12;
 /// Residual over the applied forces from which it is given up.
 const NEWTON_DIVERGED: f64 = 1e8;
 /// Cost of a new factor, in iterations [-].
-const REFACTORISATION_COST: f64 = 6.0;
+const REFACTORISATION_COST: f64 = 8.0;
 /// Turn of an interface since the charts' origin at which a new origin is taken [rad].
 const FAR_TURNED: f64 = 1.5;
 

@@ -133,16 +133,20 @@ impl TangentAssembly {
         });
         // Interface 0 is clamped.
         for column in low.max(1)..=high {
-            let pulled: [BlockVector; 3] = std::array::from_fn(|a| {
-                std::array::from_fn(|k| (0..3).map(|b| across[a][b] * rows[column - low][b][k]).sum())
-            });
+            let mut pulled = [[0.0; BLOCK]; 3];
+            for (pulled, across) in pulled.iter_mut().zip(&across) {
+                let [x, y, z] = &rows[column - low];
+                for k in 0..BLOCK {
+                    pulled[k] = across[0] * x[k] + across[1] * y[k] + across[2] * z[k];
+                }
+            }
+            let [x, y, z] = &pulled;
             for row in low.max(1)..=column {
                 let block = tangent.block(row - 1, column - 1);
-                for c in 0..3 {
-                    for (line, factor) in block.iter_mut().zip(&rows[row - low][c]) {
-                        for k in 0..BLOCK {
-                            line[k] += factor * pulled[c][k];
-                        }
+                let [a, b, c] = &rows[row - low];
+                for (s, line) in block.iter_mut().enumerate() {
+                    for k in 0..BLOCK {
+                        line[k] += a[s] * x[k] + b[s] * y[k] + c[s] * z[k];
                     }
                 }
             }

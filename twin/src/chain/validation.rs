@@ -1,6 +1,7 @@
 //! How well a chain follows the finite elements that it was made from: equilibria of both under the same random targets.
 
 use rand::RngExt;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::body::Chain;
@@ -28,7 +29,7 @@ pub struct ValidationOptions {
 }
 
 /// Errors of a chain against its finite elements.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Validation {
     /// Equilibria that were compared.
@@ -36,25 +37,28 @@ pub struct Validation {
     /// Targets under which the finite elements had no equilibrium, and others under which the chain had none.
     pub refused: [usize; 2],
     /// Largest stroke asked for [m].
+    #[serde(rename = "stroke_m")]
     pub stroke: f64,
     /// Largest tension of auxiliary tendons asked for [N].
+    #[serde(rename = "tension_n")]
     pub tension: f64,
     /// Seed of the targets.
     pub seed: u64,
     /// Distance of the tips over the tip's displacement, or over a fortieth of the body's length where it moves less [-].
-    pub tip: Spread,
+    pub tip: ErrorSpread,
     /// Largest error of a tension over the largest tension, or over a fortieth of the largest of all where that is more [-].
-    pub tensions: Spread,
+    pub tensions: ErrorSpread,
     /// Angle between the rotations of the tip [rad].
-    pub turn: Spread,
+    #[serde(rename = "turn_rad")]
+    pub turn: ErrorSpread,
     /// Largest strain of a section [-].
     pub strain: f64,
 }
 
 /// A distribution of errors.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Spread {
+pub struct ErrorSpread {
     /// Half of the errors are below this.
     pub median: f64,
     /// 99 of 100 are below this.
@@ -63,7 +67,7 @@ pub struct Spread {
     pub largest: f64,
 }
 
-impl Spread {
+impl ErrorSpread {
     fn new(mut errors: Vec<f64>) -> Self {
         errors.sort_by(f64::total_cmp);
         let at = |part: f64| {
@@ -178,7 +182,7 @@ fn summary(
     length: f64,
 ) -> Validation {
     let strongest = compared.iter().map(|at| at.strongest).fold(f64::MIN_POSITIVE, f64::max);
-    let spread = |of: &dyn Fn(&Compared) -> f64| Spread::new(compared.iter().map(of).collect());
+    let spread = |of: &dyn Fn(&Compared) -> f64| ErrorSpread::new(compared.iter().map(of).collect());
     Validation {
         count: compared.len(),
         refused,
