@@ -83,6 +83,8 @@ pub enum Verb {
     Reach(hysteron_workflow::tendon::reach::Options),
     #[command(after_help = include_str!("help/mesh.txt"))]
     Mesh(hysteron_workflow::tendon::mesh::Options),
+    #[command(after_help = include_str!("help/reduce.txt"))]
+    Reduce(hysteron_workflow::tendon::reduce::Options),
     #[command(after_help = include_str!("help/check.txt"))]
     Check(hysteron_workflow::tendon::check::Options),
     #[command(after_help = include_str!("help/record.txt"))]

@@ -74,6 +74,7 @@ fn run(program: &Program, context: &Context) -> anyhow::Result<Printed> {
         Verb::Simulate(options) => Printed::new(&workflow::tendon::simulate::run(options, context)?),
         Verb::Reach(options) => Printed::new(&workflow::tendon::reach::run(options, context)?),
         Verb::Mesh(options) => Printed::new(&workflow::tendon::mesh::run(options, context)?),
+        Verb::Reduce(options) => Printed::new(&workflow::tendon::reduce::run(options, context)?),
         Verb::Check(options) => Printed::new(&workflow::tendon::check::run(options, context)?),
         Verb::Record(options) => Printed::new(&workflow::rig::record::run(options, context)?),
         Verb::Import(options) => Printed::new(&workflow::import::run(options, context)?),

@@ -24,7 +24,7 @@ const MESH: Names = File(&["msh"]);
 const URDF: Names = File(&["urdf"]);
 
 /// Verbs with what they read, and of their options the one that is tried; the others name outputs that are right.
-const OPTIONS: [(&str, &str, Names); 44] = [
+const OPTIONS: [(&str, &str, Names); 45] = [
     ("simulate scene.toml --strokes strokes.csv", "--out", RECORDING),
     ("simulate scene.toml --strokes strokes.csv --out new.csv", "--figures", Folder),
     ("simulate scene.toml --strokes strokes.csv --out new.csv", "--vtu", Folder),
@@ -35,6 +35,7 @@ const OPTIONS: [(&str, &str, Names); 44] = [
     ("reach scene.toml --goals rec.csv --out new.csv", "--save-state", File(&[])),
     ("mesh --length-mm 80 --outer-diameter-mm 12 --layers 8", "--out", MESH),
     ("mesh --length-mm 80 --outer-diameter-mm 12 --layers 8 --out new.msh", "--vtu", File(&[])),
+    ("reduce scene.toml --count 1", "--out", File(&[])),
     ("record --rig virtual:typical --plan quick --only circle", "--out", Folder),
     ("record --rig virtual:typical --strokes strokes.csv --out new.csv", "--figures", Folder),
     ("fit-material scene.toml rec.csv", "--out", File(&[])),

@@ -11,6 +11,7 @@ pub mod generate;
 pub mod identify;
 pub mod mesh;
 pub mod reach;
+pub mod reduce;
 pub mod sense;
 pub mod simulate;
 pub mod target;

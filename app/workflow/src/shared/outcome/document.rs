@@ -10,8 +10,8 @@ use schemars::{Schema, SchemaGenerator};
 
 use super::Outcome;
 use crate::tendon::{
-    adapt, check, command, evaluate, fit_material, fit_residual, fit_sensor, generate, identify, mesh, sense,
-    target, track, train,
+    adapt, check, command, evaluate, fit_material, fit_residual, fit_sensor, generate, identify, mesh,
+    reduce, sense, target, track, train,
 };
 use crate::{arm, import, rig, rig::record, shared::run};
 
@@ -31,7 +31,7 @@ pub const fn verb<T: Outcome>(names: &'static [&'static str]) -> VerbOutcome {
 }
 
 /// All verbs whose outcome has a type, in the order of the document.
-pub const VERBS: [VerbOutcome; 39] = [
+pub const VERBS: [VerbOutcome; 40] = [
     verb::<run::Outcome>(&["simulate", "reach"]),
     verb::<record::Outcome>(&["record"]),
     verb::<generate::Outcome>(&["generate"]),
@@ -40,6 +40,7 @@ pub const VERBS: [VerbOutcome; 39] = [
     verb::<evaluate::Outcome>(&["evaluate"]),
     verb::<target::Outcome>(&["target"]),
     verb::<mesh::Outcome>(&["mesh"]),
+    verb::<reduce::Outcome>(&["reduce"]),
     verb::<check::Outcome>(&["check"]),
     verb::<import::Outcome>(&["import"]),
     verb::<fit_material::Outcome>(&["fit-material"]),
