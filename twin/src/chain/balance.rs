@@ -10,10 +10,13 @@ use super::{BLOCK, PADDED, Strain};
 use crate::cable::CableShape;
 use crate::equilibrium_residual::{StepTargets, compare_strokes};
 
-/// Move of the last pass over the accuracy of strokes at which cable points have settled in their sections [-], and passes at
-/// most: each leaves the part T/ℓ C of the error before.
+/// What cable points still have to sink over the accuracy of strokes, at which they have settled in their sections [-], and
+/// passes at most: each leaves the part T/ℓ C of what was missing before.
 const SETTLED: f64 = 0.05;
-const MAX_SETTLING: usize = 30;
+const MAX_SETTLING: usize = 60;
+/// Part of the missing way that may be left by a pass until the next ones go half as far, and the least part of it that they go.
+const SLOW: f64 = 0.7;
+const LEAST_PART: f64 = 0.125;
 
 /// What pulls at a section: the generalised force of its strain, a force, and a moment about its centre in its frame; and a
 /// force on its end interface with a moment about that one's centre, both in space.
@@ -117,28 +120,34 @@ impl ChainBalance {
     /// left in `forces`.
     pub fn settle(&mut self, chain: &Chain, interfaces: &[Interface], tensions: &[f64]) {
         self.place(chain, interfaces);
+        let (mut part, mut before) = (1.0, f64::INFINITY);
         for _ in 0..MAX_SETTLING {
             self.forces.fill([0.0; 4]);
             chain.cables.add_forces(&self.shape, tensions, &mut self.forces);
             if chain.sinks.is_empty() {
                 return;
             }
-            let moved = self.sink(chain);
-            if moved < SETTLED * chain.accuracy.stroke {
+            let missing = self.sink(chain, part);
+            if missing < SETTLED * chain.accuracy.stroke {
                 return;
             }
             chain.cables.measure(&self.positions, &mut self.shape);
-            if !moved.is_finite() {
+            if !missing.is_finite() {
                 break;
             }
+            // A tense cable through soft points overshoots.
+            if missing > SLOW * before {
+                part = (0.5 * part).max(LEAST_PART);
+            }
+            before = missing;
         }
         // Points that do not settle must not be the beginning of the next search.
         self.sunk.fill(Vector3::zeros());
         self.shape.strokes.fill(f64::NAN);
     }
 
-    /// Moves the parts within sections to where their forces bring them; returns the largest move [m].
-    fn sink(&mut self, chain: &Chain) -> f64 {
+    /// Moves the parts within sections by a part of the way to where their forces bring them; returns the longest way [m].
+    fn sink(&mut self, chain: &Chain, share: f64) -> f64 {
         let mut largest = 0.0f64;
         for sink in &chain.sinks {
             let n = 3 * sink.parts.len();
@@ -151,7 +160,8 @@ impl ChainBalance {
             });
             for (&part, moved) in sink.parts.iter().zip(self.local_moves.as_chunks::<3>().0) {
                 let part = part as usize;
-                let change = Vector3::from(*moved) - self.sunk[part];
+                let missing = Vector3::from(*moved) - self.sunk[part];
+                let change = share * missing;
                 let turned = self.poses[chain.parts[part].site.section()].rotation * change;
                 self.sunk[part] += change;
                 self.levers[part] += change;
@@ -159,7 +169,7 @@ impl ChainBalance {
                     self.positions[part][c] += turned[c];
                 }
                 // NaN must not pass as zero, and stays.
-                let size = change.norm();
+                let size = missing.norm();
                 if size > largest || size.is_nan() {
                     largest = size;
                 }

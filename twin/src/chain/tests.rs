@@ -194,3 +194,21 @@ fn friction_leaves_the_chain_where_it_leaves_the_finite_elements() {
     }
     assert!(turned[15] > 2.0 && (turned[10] - turned[20]).abs() > 0.2, "{turned:?}");
 }
+
+#[test]
+fn tendon_that_ends_within_a_section_sinks_in_as_in_the_finite_elements() {
+    let (mut scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
+    // Between the layers at 30 and 31.7 mm; sections end at 30 and 35 mm.
+    scene.tendons = vec![scenes::tendon(0, 0.0309, scenes::TENDON_RADIUS, 4)];
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let mut chain = Chain::new(&twin).expect("a chain");
+    let exact = Stepper::new(&twin).delassus(&twin).expect("a factor")[0];
+    let of = |chain: &Chain| ChainStepper::new(&twin, chain).delassus(&twin, chain).expect("a factor")[0];
+    // The response to the tension is in the basis, so that only weaker ones of other loads are left out.
+    let error = (of(&chain) - exact).abs() / exact;
+    assert!(error < 1e-4, "{error}");
+    assert!(!chain.sinks.is_empty());
+    chain.sinks.clear();
+    let error = (of(&chain) - exact).abs() / exact;
+    assert!(error > 1e-2, "{error}: an end that does not sink in tests nothing");
+}
