@@ -1,9 +1,10 @@
 //! Code shared by the targets and the benchmarks.
 //!
 //! `drive` makes commands, `measure` times
-//! steps, `table` prints and writes figures, `rig` drives the virtual rig, `emulated` records from the emulated one, `coreact`
-//! identifies and rolls out, `fit` fits a scene, `growth` times the readers on larger and larger files, `learn` trains a network.
+//! steps, `table` prints and writes figures, `rig` drives the virtual rig, `emulated` records from the emulated one, `chain` compares chains with finite
+//! elements, `coreact` identifies and rolls out, `fit` fits a scene, `growth` times the readers on larger and larger files, `learn` trains a network.
 
+pub mod chain;
 pub mod coreact;
 pub mod drive;
 pub mod emulated;
