@@ -31,6 +31,8 @@ pub struct FemModel {
     /// Volume of each node in a load, ∫ N_a dV \[m³\]: negative at the corners of quadratic
     /// elements.
     pub nodal_volumes: Vec<f64>,
+    /// Stiffness of each element over that of the material \[-\].
+    pub modulus_ratios: Vec<f64>,
     /// Instruction set of the kernels.
     pub isa: Isa,
     elements: ElementSet,
@@ -100,8 +102,30 @@ impl FemModel {
             ElementSet::Linear(elements) => elements.nodal_volumes(rest.len()),
             ElementSet::Quadratic(elements) => elements.nodal_volumes(rest.len()),
         };
-        let isa = Isa::detect();
-        Ok(Self { material, rest, n_free, cells, file_node, model_node, nodal_volumes, isa, elements })
+        let (isa, modulus_ratios) = (Isa::detect(), vec![1.0; cells.len()]);
+        Ok(Self {
+            material,
+            rest,
+            n_free,
+            cells,
+            file_node,
+            model_node,
+            nodal_volumes,
+            modulus_ratios,
+            isa,
+            elements,
+        })
+    }
+
+    /// The same body with elements that are stiffer than others by these factors, one per element \[-\]; weights stay.
+    pub fn with_modulus_ratios(mut self, ratios: Vec<f64>) -> Self {
+        let change: Vec<f64> = ratios.iter().zip(&self.modulus_ratios).map(|(new, old)| new / old).collect();
+        match &mut self.elements {
+            ElementSet::Linear(elements) => elements.stiffen(&change),
+            ElementSet::Quadratic(elements) => elements.stiffen(&change),
+        }
+        self.modulus_ratios = ratios;
+        self
     }
 
     /// Refuses a clamp about which the body could turn: fewer than three nodes, or all in one line.

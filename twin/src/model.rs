@@ -1,6 +1,6 @@
 //! The twin of one robot: body, cables, loads and tip. Never changes.
 
-use hysteron_base::{BadInput, Bounds, PrescribedQuantity, Region, Scene, TipDefinition};
+use hysteron_base::{BadInput, Bounds, Insert, PrescribedQuantity, Region, Scene, TipDefinition};
 use hysteron_fem::{Embedding, FemModel, Mesh, MeshQuality};
 use nalgebra::{Matrix3, Vector3};
 
@@ -170,6 +170,7 @@ impl Twin {
         mesh.check_size()?;
         let clamped = region_nodes(mesh, &scene.clamp, "clamp")?;
         let body = FemModel::new(mesh, scene.material.clone(), &clamped)?;
+        let body = with_inserts(body, mesh, &scene.inserts)?;
         body.check_clamp()?;
         let mut tendons = scene.tendons.clone();
         tendons.extend(scene.auxiliary.iter().flat_map(auxiliary_tendons));
@@ -316,6 +317,31 @@ pub fn read_body(scene: &Scene) -> Result<(Mesh, MeshQuality)> {
     let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
     let quality = hysteron_fem::check_mesh(&mesh, &scene.mesh_path.display().to_string())?;
     Ok((mesh, quality))
+}
+
+/// The body with its stiffer parts.
+fn with_inserts(body: FemModel, mesh: &Mesh, inserts: &[Insert]) -> Result<FemModel> {
+    if inserts.is_empty() {
+        return Ok(body);
+    }
+    let mut ratios = vec![1.0; body.cells.len()];
+    for (k, insert) in inserts.iter().enumerate() {
+        let place = format!("insert[{}]", k + 1);
+        let mut is_in = vec![false; body.n_nodes()];
+        for node in region_nodes(mesh, &insert.region, &place)? {
+            is_in[body.model_node[node as usize] as usize] = true;
+        }
+        let whole = (0..ratios.len()).filter(|&e| body.cells.corners(e).iter().all(|c| is_in[*c as usize]));
+        let whole: Vec<usize> = whole.collect();
+        if whole.is_empty() {
+            let expected = "a part of the mesh with whole elements in it";
+            return Err(BadInput::new(place, expected, "none")
+                .hint("layers of the mesh must end where the part ends")
+                .into());
+        }
+        whole.into_iter().for_each(|e| ratios[e] = insert.modulus_ratio);
+    }
+    Ok(body.with_modulus_ratios(ratios))
 }
 
 /// Whether a point that these nodes carry can move: clamped nodes come after the free ones.

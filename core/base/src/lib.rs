@@ -43,8 +43,8 @@ pub use recording::{
 };
 pub use rng::{normal, rng};
 pub use scene::{
-    AuxiliaryLayout, Bounds, Friction, Material, MaterialLaw, PointForce, PrescribedQuantity, Region, Scene,
-    Solver, Tendon, TipDefinition, TrackerFrame,
+    AuxiliaryLayout, Bounds, Friction, Insert, Material, MaterialLaw, PointForce, PrescribedQuantity, Region,
+    Scene, Solver, Tendon, TipDefinition, TrackerFrame,
 };
 pub use table::{Column, RowFilter, Table, TextFormat};
 pub use units::LengthUnit;

@@ -6,7 +6,8 @@ use crate::simd::{LANES, Pack};
 /// One quadrature point of the eight elements of a batch.
 #[derive(Debug, Clone)]
 pub(crate) struct PointData<const N: usize> {
-    /// Rest volume of the point \[m³\]; zero in lanes that only fill up the last batch.
+    /// Rest volume of the point times the element's stiffness over the material's \[m³\]; zero in lanes that only fill up the
+    /// last batch.
     pub weight: Pack,
     /// Rest gradients of the shape functions \[1/m\]. Node 0 is implied: the gradients add up to zero.
     pub gradients: [[Pack; 3]; N],
@@ -62,7 +63,17 @@ impl<const N: usize, const Q: usize> ElementBatch<N, Q> {
         Self { nodes, points }
     }
 
-    /// Rest volume of every node, ∫ N_a dV \[m³\]: times density and gravity it is the nodal weight.
+    /// Makes each element stiffer by a factor \[-\].
+    pub fn stiffen(&mut self, factors: &[f64]) {
+        for (slot, factor) in factors.iter().enumerate() {
+            for point in &mut self.points[slot / LANES] {
+                point.weight.0[slot % LANES] *= factor;
+            }
+        }
+    }
+
+    /// Rest volume of every node, ∫ N_a dV \[m³\]: times density and gravity it is the nodal weight. Before elements are
+    /// stiffened.
     pub fn nodal_volumes(&self, n_nodes: usize) -> Vec<f64> {
         let mut volumes = vec![0.0; n_nodes];
         for (nodes, points) in self.nodes.iter().zip(&self.points) {

@@ -76,6 +76,35 @@ impl Beam {
     }
 }
 
+#[test]
+fn parts_of_another_stiffness_stretch_as_springs_in_series() {
+    let (side, length, ratio, force) = (0.01, 0.04, 50.0, 0.3);
+    for order in ORDERS {
+        // Without Poisson's ratio the state is uniform in either half, which every mesh has exactly.
+        let mesh = box_mesh([2, 2, 4], [side, side, length], 0.0, order);
+        let base = nodes_where(&mesh, |x| x[2] == 0.0);
+        let model = FemModel::new(&mesh, material(MaterialLaw::SmallStrain, 0.0), &base).unwrap();
+        let upper = |e: usize| {
+            let corners = model.cells.corners(e);
+            corners.iter().all(|node| model.rest[*node as usize][2] > 0.49 * length)
+        };
+        let ratios = (0..model.cells.len()).map(|e| if upper(e) { ratio } else { 1.0 }).collect();
+        let volumes = model.nodal_volumes.clone();
+        let model = model.with_modulus_ratios(ratios);
+        assert_eq!(model.nodal_volumes, volumes);
+        let beam = Beam { side, length };
+        let load: Vec<f64> =
+            beam.end_shares(&model).iter().flat_map(|share| [0.0, 0.0, force * share]).collect();
+        let mut x = model.rest.clone();
+        let left = solve_equilibrium(&model, &load, &mut x, 1);
+        assert!(left < 1e-9 * force, "{left}");
+        let expected = force / (YOUNG * side * side) * 0.5 * length * (1.0 + 1.0 / ratio);
+        for (node, rest) in x.iter().zip(&model.rest).filter(|(_, rest)| rest[2] > 0.99 * length) {
+            assert_close("stretch", node[2] - rest[2], expected, 1e-9, expected);
+        }
+    }
+}
+
 const BEAM: Beam = Beam { side: 0.01, length: 0.15 };
 
 #[test]

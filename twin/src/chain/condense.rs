@@ -155,7 +155,8 @@ impl<'a> SectionMesh<'a> {
             // Nothing to condense: linear elements in one layer.
             clamped = on(&|side| matches!(side, Side::Near(_)));
         }
-        let model = FemModel::new(&mesh, body.material.clone(), &clamped)?;
+        let ratios = cells.iter().map(|&cell| body.modulus_ratios[cell]).collect();
+        let model = FemModel::new(&mesh, body.material.clone(), &clamped)?.with_modulus_ratios(ratios);
         let nodes: Vec<u32> = model.file_node.iter().map(|&file| nodes[file as usize]).collect();
         let sides = nodes.iter().map(|&node| side(node)).collect();
         Ok(Self { model, nodes, sides, near, far })

@@ -1,13 +1,15 @@
 //! Tendon points that act on the body within a radius.
 
+use hysteron_base::{Insert, MaterialLaw, Region, Scene};
 use hysteron_fem::{Layers, Order, Tube};
+use hysteron_twin::chain::{Chain, ValidationOptions};
 use hysteron_twin::{Stepper, Target, Twin};
 
 use super::{scenes, tolerance};
 
 const RADIUS: f64 = 0.0025;
 
-fn anchored(scene: &mut hysteron_base::Scene, radius: f64) {
+fn anchored(scene: &mut Scene, radius: f64) {
     for tendon in &mut scene.tendons {
         tendon.anchor = Some(radius);
     }
@@ -137,6 +139,51 @@ fn auxiliary_tendons_are_anchored_alike() {
     let report = stepper.step(&twin, &targets).unwrap();
     assert!(report.relative_residual <= twin.accuracy.relative_residual);
     assert!(twin.tip_of(stepper.state())[0] > twin.tip_of(&twin.rest())[0] + 1e-4);
+}
+
+/// The last three millimetres of the robot as a cap that is a hundred times as stiff.
+fn capped(scene: &mut Scene) {
+    let (side, end) = (2.0 * scenes::OUTER, scenes::LENGTH);
+    let region = Region::Box { min: [-side, -side, end - 3.4e-3], max: [side, side, end + 1e-3] };
+    scene.inserts = vec![Insert { region, modulus_ratio: 100.0 }];
+}
+
+#[test]
+fn tendons_hardly_sink_into_a_stiff_cap() {
+    let own = |is_capped: bool| {
+        let (mut scene, mesh) = scenes::robot();
+        if is_capped {
+            capped(&mut scene);
+        }
+        let twin = Twin::new(&scene, &mesh).unwrap();
+        Stepper::new(&twin).delassus(&twin).unwrap()[..4].iter().sum::<f64>()
+    };
+    // Of a bar of 40 mm with its last layer stiff a twelfth of the stretch is gone, and what the ends sink in.
+    let gain = 1.0 - own(true) / own(false);
+    assert!((1.0 / 12.0..0.5).contains(&gain), "{gain}");
+}
+
+#[test]
+fn a_part_without_whole_elements_is_refused() {
+    let (mut scene, mesh) = scenes::robot();
+    capped(&mut scene);
+    scene.inserts[0].region = Region::Box { min: [-1.0, -1.0, 0.0399], max: [1.0; 3] };
+    let error = Twin::new(&scene, &mesh).unwrap_err().to_string();
+    assert!(error.contains("insert[1]") && error.contains("whole elements"), "{error}");
+}
+
+#[test]
+fn a_chain_has_the_stiff_parts_of_its_body() {
+    let (mut scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
+    capped(&mut scene);
+    let twin = Twin::new(&scene, &mesh).unwrap();
+    let mut chain = Chain::new(&twin).unwrap();
+    let options = ValidationOptions { count: 4, stroke: 1e-3, tension: 0.0, seed: 3 };
+    chain.validate(&twin, &options, |_| true).unwrap();
+    let found = chain.validation.unwrap();
+    // As without a cap: what is left out is of fourth order.
+    assert_eq!((found.count, found.refused), (4, [0; 2]));
+    assert!(found.tip.largest < 1e-3 && found.tensions.largest < 1e-3, "{found:?}");
 }
 
 #[test]

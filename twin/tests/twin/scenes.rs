@@ -103,6 +103,7 @@ pub fn scene(name: &str, law: MaterialLaw) -> Scene {
         material: Material { law, youngs_modulus: 5e6, poisson_ratio: 0.4, density: 1200.0 },
         gravity: [0.0; 3],
         point_forces: Vec::new(),
+        inserts: Vec::new(),
         tracker: Default::default(),
         tip: TipDefinition::Group("tip".into()),
         tendons: Vec::new(),

@@ -187,6 +187,7 @@ pub fn twin(
         material,
         gravity,
         point_forces: Vec::new(),
+        inserts: Vec::new(),
         tracker: Default::default(),
         tip: TipDefinition::Group("tip".into()),
         tendons,

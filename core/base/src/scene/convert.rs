@@ -3,12 +3,12 @@
 //! Bounds are checked on the typed numbers, so a message shows the number of the file in its unit.
 
 use super::{
-    AuxiliaryLayout, Bounds, Friction, Material, PointForce, Region, Scene, Solver, Tendon, TipDefinition,
-    TrackerFrame, schema,
+    AuxiliaryLayout, Bounds, Friction, Insert, Material, PointForce, Region, Scene, Solver, Tendon,
+    TipDefinition, TrackerFrame, schema,
 };
 use crate::BadInput;
 use crate::schema::{
-    between, check_header, count, not_negative, require, text, vector, vector_within, within,
+    FixedArray, between, check_header, count, not_negative, require, text, vector, vector_within, within,
 };
 use crate::size::check_at_most;
 use std::path::Path;
@@ -71,8 +71,9 @@ pub(super) fn scene(typed: schema::SceneFile, folder: &Path) -> Check<Scene> {
         hash: String::new(),
         mesh_path: folder.join(text("mesh.file", typed.mesh.file)?),
         mesh_unit: typed.mesh.unit,
-        clamp: clamp(typed.clamp)?,
+        clamp: region("clamp", typed.clamp.group, typed.clamp.box_min_mm, typed.clamp.box_max_mm)?,
         material: material(&typed.material)?,
+        inserts: typed.insert.into_iter().enumerate().map(insert).collect::<Check<_>>()?,
         gravity: vector_within(
             "gravity.acceleration_m_s2",
             typed.gravity.acceleration_m_s2,
@@ -88,28 +89,44 @@ pub(super) fn scene(typed: schema::SceneFile, folder: &Path) -> Check<Scene> {
     })
 }
 
-fn clamp(typed: schema::Clamp) -> Check<Region> {
+/// Stiffest and softest part over the body [-]: beyond, the factors of the stiffness lose their digits.
+const MODULUS_RATIOS: [f64; 2] = [1e-4, 1e4];
+
+fn insert((i, typed): (usize, schema::InsertTable)) -> Check<Insert> {
+    let key = format!("insert[{}]", i + 1);
+    let region = region(&key, typed.group, typed.box_min_mm, typed.box_max_mm)?;
+    let modulus_ratio = between(&format!("{key}.modulus_ratio"), typed.modulus_ratio, MODULUS_RATIOS)?;
+    Ok(Insert { region, modulus_ratio })
+}
+
+/// The part of a mesh that table `key` names.
+fn region(
+    key: &str,
+    group: Option<String>,
+    low: Option<FixedArray<f64, 3>>,
+    high: Option<FixedArray<f64, 3>>,
+) -> Check<Region> {
     let expected = "either group, or box_min_mm and box_max_mm";
-    match (typed.group, typed.box_min_mm, typed.box_max_mm) {
-        (Some(group), None, None) => Ok(Region::Group(text("clamp.group", group)?)),
+    match (group, low, high) {
+        (Some(group), None, None) => Ok(Region::Group(text(&format!("{key}.group"), group)?)),
         (None, Some(low), Some(high)) => {
             let region = Region::Box {
-                min: vector_within("clamp.box_min_mm", low, LONGEST)?,
-                max: vector_within("clamp.box_max_mm", high, LONGEST)?,
+                min: vector_within(&format!("{key}.box_min_mm"), low, LONGEST)?,
+                max: vector_within(&format!("{key}.box_max_mm"), high, LONGEST)?,
             };
             match (0..3).find(|&axis| low[axis] > high[axis]) {
                 Some(axis) => Err(BadInput::new(
-                    format!("clamp.box_min_mm[{axis}]"),
+                    format!("{key}.box_min_mm[{axis}]"),
                     format!("at most box_max_mm[{axis}] = {:?}", high[axis]),
                     format!("{:?}", low[axis]),
                 )),
                 None => Ok(region),
             }
         }
-        (None, None, None) => Err(BadInput::new("clamp", expected, "neither")),
-        (Some(_), _, _) => Err(BadInput::new("clamp", expected, "both")),
-        (None, Some(_), None) => Err(BadInput::new("clamp", expected, "box_min_mm alone")),
-        (None, None, Some(_)) => Err(BadInput::new("clamp", expected, "box_max_mm alone")),
+        (None, None, None) => Err(BadInput::new(key, expected, "neither")),
+        (Some(_), _, _) => Err(BadInput::new(key, expected, "both")),
+        (None, Some(_), None) => Err(BadInput::new(key, expected, "box_min_mm alone")),
+        (None, None, Some(_)) => Err(BadInput::new(key, expected, "box_max_mm alone")),
     }
 }
 

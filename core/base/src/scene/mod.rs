@@ -32,6 +32,9 @@ pub struct Scene {
     pub clamp: Region,
     /// Material of the whole body.
     pub material: Material,
+    /// Parts that are stiffer than the rest; of parts that overlap the last one counts.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub inserts: Vec<Insert>,
     /// Acceleration of gravity [m/s²].
     pub gravity: [f64; 3],
     /// Constant forces.
@@ -62,6 +65,15 @@ pub enum Region {
         /// Upper corner [m].
         max: [f64; 3],
     },
+}
+
+/// A part of the body of another stiffness: a cap that tendons end in, a ring between segments.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Insert {
+    /// All elements with every corner in it.
+    pub region: Region,
+    /// Young's modulus over that of the body [-], > 0.
+    pub modulus_ratio: f64,
 }
 
 /// Where the tip is.

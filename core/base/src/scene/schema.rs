@@ -19,6 +19,8 @@ pub(super) struct SceneFile {
     pub mesh: MeshTable,
     pub clamp: Clamp,
     pub material: MaterialTable,
+    #[serde(default)]
+    pub insert: Vec<InsertTable>,
     pub gravity: Gravity,
     #[serde(default)]
     pub point_force: Vec<PointForceTable>,
@@ -56,6 +58,15 @@ pub(super) struct MaterialTable {
     pub youngs_modulus_gpa: Option<f64>,
     pub poisson_ratio: f64,
     pub density_kg_m3: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct InsertTable {
+    pub group: Option<String>,
+    pub box_min_mm: Option<FixedArray<f64, 3>>,
+    pub box_max_mm: Option<FixedArray<f64, 3>>,
+    pub modulus_ratio: f64,
 }
 
 #[derive(Debug, Deserialize)]

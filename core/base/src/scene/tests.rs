@@ -247,6 +247,24 @@ fn clamp_may_be_a_box_and_tip_a_point() {
 }
 
 #[test]
+fn parts_of_another_stiffness_are_read_and_change_the_hash_only_where_they_are() {
+    let part =
+        "[[insert]]\nbox_min_mm = [-7, -7, 78]\nbox_max_mm = [7, 7, 81]\nmodulus_ratio = 100.0\n\n[gravity]";
+    let (plain, scene) = (read(EXAMPLE).unwrap(), read(&EXAMPLE.replace("[gravity]", part)).unwrap());
+    assert!(plain.inserts.is_empty());
+    let [insert] = &scene.inserts[..] else { panic!("{:?}", scene.inserts) };
+    assert_eq!(insert.modulus_ratio, 100.0);
+    assert_eq!(insert.region, Region::Box { min: [-0.007, -0.007, 0.078], max: [0.007, 0.007, 0.081] });
+    for (change, place, found) in [
+        ("modulus_ratio = 0.0", "insert[1].modulus_ratio", "0.0"),
+        ("modulus_ratio = 1e5", "insert[1].modulus_ratio", "100000.0"),
+    ] {
+        rejects("[gravity]", &part.replace("modulus_ratio = 100.0", change), place, found);
+    }
+    rejects("[gravity]", "[[insert]]\nmodulus_ratio = 2.0\n[gravity]", "insert[1]", "neither");
+}
+
+#[test]
 fn youngs_modulus_comes_in_four_units() {
     for (key, pascal) in [("pa", 20.0), ("kpa", 20e3), ("mpa", 20e6), ("gpa", 20e9)] {
         let scene = read(&EXAMPLE.replace("youngs_modulus_mpa", &format!("youngs_modulus_{key}"))).unwrap();
