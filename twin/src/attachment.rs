@@ -15,7 +15,8 @@ const RING_POINTS: usize = 16;
 /// quarter; one in a channel that is as wide as the anchor has nothing.
 const LEAST_SHARE: f64 = 0.05;
 
-/// Distance of the nodes that stand for an anchor in the stiffness, over its radius [-]: some thirty of a whole one.
+/// Distance of the nodes that stand for an anchor in the stiffness, over its radius [-]: some thirty to a
+/// hundred of a whole one, as many as a ring has.
 const CORE_SPACING: f64 = 0.5;
 
 /// Sum of the weights of free nodes below which a point lies in the clamp [-]: round-off of barycentric coordinates.

@@ -1,7 +1,7 @@
 //! Where a body is cut into sections: planes of nodes across its axis.
 //!
 //! A plane may cut where no element crosses it: meshes made layer by layer have such planes. Of them, those are taken at which
-//! tendons end, where interfaces follow the pull exactly, and others that make sections nearest to [`LENGTH`] diameters.
+//! tendons end, where interfaces follow the pull exactly, or the stiffness jumps, and others that make sections nearest to [`LENGTH`] diameters.
 
 use hysteron_base::{BadInput, MaterialLaw};
 use hysteron_fem::FemModel;
@@ -66,7 +66,8 @@ impl Cut {
         let near = SAME_PLANE * extent[axis];
         let planes = uncrossed_planes(body, &heights, near);
         let length = |height| LENGTH * diameter(body, axis, &heights, height, near);
-        let ends: Vec<f64> = ends.iter().map(|end| sign * (end[axis] - middle)).collect();
+        let jumps = stiffness_jumps(body).into_iter().map(|node| heights[node]);
+        let ends: Vec<f64> = ends.iter().map(|end| sign * (end[axis] - middle)).chain(jumps).collect();
         let chosen =
             choose(&planes, &fixed_planes(&planes, &ends, first_plane(body, &heights), length), length);
         if chosen.len() < 3 {
@@ -94,6 +95,19 @@ impl Cut {
             Place::Section(e) => Some(Site::Within(e)),
         }
     }
+}
+
+/// Nodes between elements of different stiffness. A section of both would turn its stiff part by a first-order shape, whose
+/// spurious strain that part multiplies.
+fn stiffness_jumps(body: &FemModel) -> Vec<usize> {
+    let mut range = vec![(f64::INFINITY, 0.0f64); body.n_nodes()];
+    for (e, &ratio) in body.modulus_ratios.iter().enumerate() {
+        for node in body.cells.corners(e) {
+            let (least, most) = &mut range[node as usize];
+            (*least, *most) = (least.min(ratio), most.max(ratio));
+        }
+    }
+    (0..range.len()).filter(|&node| range[node].0 < range[node].1).collect()
 }
 
 /// Height of the highest clamped node.
