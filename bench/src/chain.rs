@@ -19,7 +19,7 @@ const MESH: &str = "the finite elements, in between";
 
 /// The twins of the drives: with four tendons, with auxiliary ones too, with friction.
 #[derive(Debug, Clone, Copy)]
-pub struct Twins<'a> {
+pub struct DrivenTwins<'a> {
     /// With four tendons.
     pub few: &'a Twin,
     /// With auxiliary tendons too.
@@ -51,7 +51,7 @@ fn in_ticks(targets: &[Vec<Target>]) -> Vec<Vec<Target>> {
 /// A body without sections, a step that fails.
 pub fn rows(
     repetitions: usize,
-    Twins { few, many, rubbing }: Twins,
+    DrivenTwins { few, many, rubbing }: DrivenTwins,
     [circle, strokes]: [&[Vec<Target>]; 2],
     worst: &mut (f64, f64),
 ) -> Result<Vec<TableRow>> {

@@ -16,7 +16,7 @@ use hysteron_base::{file, json};
 use hysteron_fem::{FactorKind, FemModel, Order, Stiffness, StiffnessFactor, Tangent};
 use hysteron_twin::{Stepper, Target, Twin};
 
-use crate::chain::{self, Twins};
+use crate::chain::{self, DrivenTwins};
 use crate::coreact;
 use crate::drive::{self, N_CIRCLE, N_RAMP};
 use crate::fit;
@@ -165,7 +165,7 @@ pub fn run(effort: MeasuringTime, path: &Path) -> Result<()> {
     rows.push(TableRow::new("two threads: rollouts", two, "steps/s").against(one, "one thread, in between"));
     rows.push(TableRow::new("two threads: gain", two / one, "-").goal(FigureTarget::AtLeast(1.8)));
     rows.push(TableRow::new("two threads: gain by processor time", by_processor_time, "-"));
-    let twins = Twins { few: &few, many: &many, rubbing: &rubbing };
+    let twins = DrivenTwins { few: &few, many: &many, rubbing: &rubbing };
     rows.extend(chain::rows(effort.repetitions, twins, [&circle, &strokes], &mut worst)?);
     rows.extend(scaling(effort, &mut worst)?);
     rows.extend(rig::rows(effort.repetitions)?);

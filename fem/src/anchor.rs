@@ -45,7 +45,7 @@ impl Anchor {
     /// The nodes of `model` that carry the anchor; `None` where no part of the body lies within the radius, or only
     /// parts in one plane with its direction.
     pub fn carriers(&self, model: &FemModel) -> Option<AnchorCarriers> {
-        let mut moments = Moments::new(self, model.n_nodes());
+        let mut moments = BumpMoments::new(self, model.n_nodes());
         match &model.cells {
             Cells::Tet4(cells) => moments.add_elements::<4>(cells, &model.rest),
             Cells::Tet10(cells) => moments.add_elements::<10>(cells, &model.rest),
@@ -113,7 +113,7 @@ const PART: f64 = 0.2;
 const FAR: f64 = 0.138_196_601_125_010_5;
 
 /// ∫ N_a φ dV and ∫ N_a φ y dV of every node, with y the two coordinates across the anchor.
-struct Moments<'a> {
+struct BumpMoments<'a> {
     anchor: &'a Anchor,
     center: Vector3<f64>,
     /// Unit vectors across the anchor.
@@ -124,7 +124,7 @@ struct Moments<'a> {
     second: Matrix2<f64>,
 }
 
-impl<'a> Moments<'a> {
+impl<'a> BumpMoments<'a> {
     fn new(anchor: &'a Anchor, n_nodes: usize) -> Self {
         let along = Vector3::from(anchor.along).normalize();
         let least = Vector3::ith(along.iamin(), 1.0);
@@ -141,14 +141,14 @@ impl<'a> Moments<'a> {
 
     fn add_elements<const N: usize>(&mut self, cells: &[[u32; N]], rest: &[[f64; 4]]) {
         for cell in cells {
-            let element = Element { nodes: cell, positions: cell.map(|node| position(rest, node)) };
+            let element = AnchorElement { nodes: cell, positions: cell.map(|node| position(rest, node)) };
             let corners = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
             self.add_part(&element, &corners);
         }
     }
 
     /// Adds the part of an element between four points, given by barycentric coordinates; cut in eight while it is large.
-    fn add_part<const N: usize>(&mut self, element: &Element<N>, part: &[[f64; 4]; 4]) {
+    fn add_part<const N: usize>(&mut self, element: &AnchorElement<N>, part: &[[f64; 4]; 4]) {
         let corners = part.map(|l| element.at(l));
         let middle = corners.iter().sum::<Vector3<f64>>() / 4.0;
         let reach = corners.iter().map(|corner| (corner - middle).norm()).fold(0.0, f64::max);
@@ -170,7 +170,7 @@ impl<'a> Moments<'a> {
         }
     }
 
-    fn add_point<const N: usize>(&mut self, element: &Element<N>, l: [f64; 4], volume: f64) {
+    fn add_point<const N: usize>(&mut self, element: &AnchorElement<N>, l: [f64; 4], volume: f64) {
         let arm = element.at(l) - self.center;
         let inside = 1.0 - arm.norm_squared() / self.anchor.radius.powi(2);
         if inside <= 0.0 {
@@ -200,12 +200,12 @@ impl<'a> Moments<'a> {
     }
 }
 
-struct Element<'a, const N: usize> {
+struct AnchorElement<'a, const N: usize> {
     nodes: &'a [u32; N],
     positions: [Vector3<f64>; N],
 }
 
-impl<const N: usize> Element<'_, N> {
+impl<const N: usize> AnchorElement<'_, N> {
     fn at(&self, l: [f64; 4]) -> Vector3<f64> {
         self.positions.iter().zip(shape_values::<N>(l)).map(|(x, value)| value * x).sum()
     }

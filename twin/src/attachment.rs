@@ -6,7 +6,6 @@ use nalgebra::Vector3;
 
 use crate::Result;
 use crate::cable::CablePoint;
-use crate::model::{carried, check_distance};
 
 /// Points on the circle that carries a cable point; a mesh with finer elements gains nothing by more.
 const RING_POINTS: usize = 16;
@@ -109,4 +108,33 @@ fn carried_by_ring(body: &FemModel, tendon: &Tendon, k: usize, place: &str) -> R
 fn direction(tendon: &Tendon, k: usize) -> Vector3<f64> {
     let at = |k: usize| Vector3::from(tendon.points[k]);
     (at((k + 1).min(tendon.points.len() - 1)) - at(k.saturating_sub(1))).normalize()
+}
+
+/// The element that carries a point, which may lie so far outside the body [m].
+pub(crate) fn carried(body: &FemModel, point: [f64; 3], within: f64, place: &str) -> Result<Embedding> {
+    let embedding = Embedding::new(body, point);
+    check_distance(point, embedding.distance, within, place)?;
+    Ok(embedding)
+}
+
+fn check_distance(point: [f64; 3], distance: f64, within: f64, place: &str) -> Result<()> {
+    if distance <= within {
+        return Ok(());
+    }
+    let mm = point.map(|c| 1e3 * c);
+    Err(BadInput::new(
+        place,
+        format!("a point of the body, or at most {} mm outside it", shown_mm(within)),
+        format!("({:.3}, {:.3}, {:.3}) mm, {:.3} mm outside", mm[0], mm[1], mm[2], 1e3 * distance),
+    )
+    .hint(
+        "check the mesh's unit and origin; in a channel, set ring_mm to a little more than its radius; an eyelet or \
+         pulley outside the body is { at_mm = [x, y, z], fixed = true }",
+    )
+    .into())
+}
+
+/// A length in millimetres without the noise of the conversion.
+pub(crate) fn shown_mm(metres: f64) -> f64 {
+    (1e6 * 1e3 * metres).round() / 1e6
 }

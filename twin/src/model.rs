@@ -5,7 +5,7 @@ use hysteron_fem::{Embedding, FemModel, Mesh, MeshQuality};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::Result;
-use crate::attachment::carried_tendon_point;
+use crate::attachment::{carried, carried_tendon_point, shown_mm};
 use crate::cable::{CablePoint, Cables};
 use crate::friction_points::{FrictionPoint, friction_points, set_compliance};
 use crate::layout::auxiliary_tendons;
@@ -73,11 +73,6 @@ impl TwinTendon {
             "stroke_min_mm and stroke_max_mm in the scene; is the unit of the column its ending, _mm or _m?",
         ))
     }
-}
-
-/// A length in millimetres without the noise of the conversion.
-fn shown_mm(metres: f64) -> f64 {
-    (1e6 * 1e3 * metres).round() / 1e6
 }
 
 /// Accuracy of a step.
@@ -352,29 +347,6 @@ pub(crate) fn moves(body: &FemModel, carrier: &Embedding) -> bool {
 
 /// How far outside the body a load or tip may lie [m]: round-off of typed coordinates on a surface.
 const ON_SURFACE: f64 = 1e-6;
-
-pub(crate) fn carried(body: &FemModel, point: [f64; 3], within: f64, place: &str) -> Result<Embedding> {
-    let embedding = Embedding::new(body, point);
-    check_distance(point, embedding.distance, within, place)?;
-    Ok(embedding)
-}
-
-pub(crate) fn check_distance(point: [f64; 3], distance: f64, within: f64, place: &str) -> Result<()> {
-    if distance <= within {
-        return Ok(());
-    }
-    let mm = point.map(|c| 1e3 * c);
-    Err(BadInput::new(
-        place,
-        format!("a point of the body, or at most {} mm outside it", shown_mm(within)),
-        format!("({:.3}, {:.3}, {:.3}) mm, {:.3} mm outside", mm[0], mm[1], mm[2], 1e3 * distance),
-    )
-    .hint(
-        "check the mesh's unit and origin; in a channel, set ring_mm to a little more than its radius; an eyelet or \
-         pulley outside the body is { at_mm = [x, y, z], fixed = true }",
-    )
-    .into())
-}
 
 /// File nodes of a region.
 fn region_nodes(mesh: &Mesh, region: &Region, place: &str) -> Result<Vec<u32>> {

@@ -5,7 +5,7 @@ use hysteron_base::size::check_at_most;
 
 use super::{FEWER, Layers, MAX_LAYERS, mm};
 
-type Corner = [f64; 2];
+type ProfileCorner = [f64; 2];
 
 /// How fast layers grow away from the end of a link: height per length \[-\].
 const GROWTH: f64 = 0.25;
@@ -17,8 +17,8 @@ const FINE_LAYERS: f64 = 3.0;
 const STEPS: usize = 4096;
 
 /// Height z \[m\] and scale \[-\] of every section, the scale 1 at the base.
-pub(super) fn levels(profile: &[Corner], layers: Layers) -> Result<Vec<[f64; 2]>, BadInput> {
-    let links: Vec<(Corner, Corner)> = profile.windows(2).map(|w| (w[0], w[1])).collect();
+pub(super) fn levels(profile: &[ProfileCorner], layers: Layers) -> Result<Vec<[f64; 2]>, BadInput> {
+    let links: Vec<(ProfileCorner, ProfileCorner)> = profile.windows(2).map(|w| (w[0], w[1])).collect();
     let shares: Vec<Vec<f64>> = match layers {
         Layers::Height(height) => {
             let counts = by_height(&links, height)?;
@@ -33,7 +33,7 @@ pub(super) fn levels(profile: &[Corner], layers: Layers) -> Result<Vec<[f64; 2]>
                 ));
             }
             let counts = counts_by_radius(&links, n as usize);
-            let of = |((low, high), n): (&(Corner, Corner), usize)| {
+            let of = |((low, high), n): (&(ProfileCorner, ProfileCorner), usize)| {
                 (1..=n).map(|k| share_of_link(low[1], high[1], k as f64 / n as f64)).collect()
             };
             links.iter().zip(counts).map(of).collect()
@@ -55,7 +55,7 @@ pub(super) fn levels(profile: &[Corner], layers: Layers) -> Result<Vec<[f64; 2]>
 }
 
 /// Layers per link, none higher than `height`.
-fn by_height(links: &[(Corner, Corner)], height: f64) -> Result<Vec<usize>, BadInput> {
+fn by_height(links: &[(ProfileCorner, ProfileCorner)], height: f64) -> Result<Vec<usize>, BadInput> {
     let mut counts = Vec::new();
     for (low, high) in links {
         counts.push(counted(height, (high[0] - low[0]) / height * (1.0 - 1e-12))?);
@@ -76,7 +76,7 @@ fn counted(height: f64, n: f64) -> Result<usize, BadInput> {
 }
 
 /// Shares of every link below its sections, the layers at most `height` high, `end` high near the corners above the base.
-fn graded(profile: &[Corner], height: f64, end: f64) -> Result<Vec<Vec<f64>>, BadInput> {
+fn graded(profile: &[ProfileCorner], height: f64, end: f64) -> Result<Vec<Vec<f64>>, BadInput> {
     if !(end > 0.0 && end <= height) {
         let expected = format!("above 0 and at most the height of the others, {}", mm(height));
         return Err(BadInput::new("tube: layers at the ends", expected, mm(end)));

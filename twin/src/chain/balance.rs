@@ -4,8 +4,8 @@ use hysteron_base::lanes::{LANES, Simd, WithSimd};
 use nalgebra::{Matrix3, Vector3};
 
 use super::band::BlockVector;
-use super::body::{Chain, Part, Sink, Site};
-use super::section::{Interface, SectionPose};
+use super::body::{Chain, ChainPart, Sink, Site};
+use super::section::{Interface, StrainedPose};
 use super::{BLOCK, PADDED, Strain};
 use crate::cable::CableShape;
 use crate::equilibrium_residual::{StepTargets, compare_strokes};
@@ -36,7 +36,7 @@ const NO_PULL: SectionPull =
 /// Positions, forces and strokes of some configuration; scratch.
 #[derive(Debug, Clone)]
 pub(crate) struct ChainBalance {
-    pub poses: Vec<SectionPose>,
+    pub poses: Vec<StrainedPose>,
     /// What each part has beyond its share of its frame's centre, in that frame [m].
     pub levers: Vec<Vector3<f64>>,
     /// How far each part has sunk into its section, in that frame [m].
@@ -74,7 +74,7 @@ impl ChainBalance {
         let (n, parts) = (chain.n_sections(), chain.parts.len());
         let poses = chain.rest.windows(2).zip(&chain.laws);
         Self {
-            poses: poses.map(|(pair, law)| SectionPose::new(&pair[0], &pair[1], &law.rest)).collect(),
+            poses: poses.map(|(pair, law)| StrainedPose::new(&pair[0], &pair[1], &law.rest)).collect(),
             levers: vec![Vector3::zeros(); parts],
             ends: vec![Matrix3::identity(); n],
             sunk: vec![Vector3::zeros(); parts],
@@ -98,7 +98,7 @@ impl ChainBalance {
     /// Frames of sections, positions of parts, strokes.
     pub fn place(&mut self, chain: &Chain, interfaces: &[Interface]) {
         for ((pose, pair), law) in self.poses.iter_mut().zip(interfaces.windows(2)).zip(&chain.laws) {
-            *pose = SectionPose::new(&pair[0], &pair[1], &law.rest);
+            *pose = StrainedPose::new(&pair[0], &pair[1], &law.rest);
         }
         for (end, interface) in self.ends.iter_mut().zip(&interfaces[1..]) {
             *end = interface.rotation;
@@ -346,8 +346,8 @@ impl WithSimd for Multiply<'_> {
 
 /// Writes the lever of every part, arm + Ψ ε and what it has sunk in.
 struct Levers<'a> {
-    parts: &'a [Part],
-    poses: &'a [SectionPose],
+    parts: &'a [ChainPart],
+    poses: &'a [StrainedPose],
     sunk: &'a [Vector3<f64>],
     levers: &'a mut [Vector3<f64>],
 }
@@ -374,7 +374,7 @@ impl WithSimd for Levers<'_> {
 }
 
 /// Adds the pulls' forces on the free interfaces, moments over `lever`.
-fn spread(poses: &[SectionPose], pulls: &[SectionPull], lever: f64, out: &mut [BlockVector]) {
+fn spread(poses: &[StrainedPose], pulls: &[SectionPull], lever: f64, out: &mut [BlockVector]) {
     for (e, (pose, pull)) in poses.iter().zip(pulls).enumerate() {
         let (before, from) = out.split_at_mut(e);
         pose.add_work(&pull.stress, &pull.force, &pull.moment, before.last_mut(), &mut from[0]);

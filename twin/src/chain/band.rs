@@ -124,7 +124,7 @@ impl BlockSkyline {
 
     /// Replaces `x` by K⁻¹ x; only after [`Self::factorize`].
     pub fn solve(&self, x: &mut [BlockVector]) {
-        self.isa.run(Solve { factor: self, x });
+        self.isa.run(BandSolve { factor: self, x });
     }
 
     #[inline(always)]
@@ -256,12 +256,12 @@ impl WithSimd for Diagonal<'_> {
     }
 }
 
-struct Solve<'a> {
+struct BandSolve<'a> {
     factor: &'a BlockSkyline,
     x: &'a mut [BlockVector],
 }
 
-impl WithSimd for Solve<'_> {
+impl WithSimd for BandSolve<'_> {
     type Output = ();
 
     #[inline(always)]

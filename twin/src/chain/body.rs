@@ -9,7 +9,7 @@ use super::band::BlockVector;
 use super::condense::{Condensed, condense};
 use super::cut::Cut;
 use super::rotation::{exp, orthonormal};
-use super::section::{Interface, SectionLaw, SectionPose};
+use super::section::{Interface, SectionLaw, StrainedPose};
 use super::validation::Validation;
 use super::warping::{interfaces, rest};
 use super::{PADDED, POSE, Strain, WARPINGS};
@@ -68,7 +68,7 @@ impl Site {
 /// A weighted sum of nodes of one interface, or of one section without them: `share` c + R (`arm` + Ψ ε) in the frame of its
 /// site. What pulls at the body pulls at parts.
 #[derive(Debug, Clone)]
-pub(crate) struct Part {
+pub(crate) struct ChainPart {
     pub site: Site,
     /// Sum of the weights [-].
     pub share: f64,
@@ -78,9 +78,9 @@ pub(crate) struct Part {
     pub shape: [Strain; 3],
 }
 
-impl Part {
+impl ChainPart {
     /// Position [m] with its lever in the frame of its site.
-    pub fn at(&self, pose: &SectionPose, interfaces: &[Interface], lever: &Vector3<f64>) -> Vector3<f64> {
+    pub fn at(&self, pose: &StrainedPose, interfaces: &[Interface], lever: &Vector3<f64>) -> Vector3<f64> {
         let (center, rotation) = match self.site {
             Site::Within(_) => (&pose.center, &pose.rotation),
             Site::End(e) => (&interfaces[e + 1].center, &interfaces[e + 1].rotation),
@@ -100,7 +100,7 @@ pub(crate) struct PartSum {
 
 /// Two neighbouring points of cables, and the cables that run from one to the other.
 #[derive(Debug, Clone)]
-pub(crate) struct Segment {
+pub(crate) struct CableSegment {
     /// The first point; the other is the next.
     pub first: usize,
     pub cables: Vec<usize>,
@@ -121,12 +121,12 @@ pub struct Chain {
     /// Every interface at rest, the clamped one first.
     pub rest: Vec<Interface>,
     pub(crate) laws: Vec<SectionLaw>,
-    pub(crate) parts: Vec<Part>,
+    pub(crate) parts: Vec<ChainPart>,
     /// The twin's cables, carried by parts.
     pub(crate) cables: Cables,
     pub(super) n_friction: usize,
     pub(super) n_backlash: usize,
-    pub(crate) segments: Vec<Segment>,
+    pub(crate) segments: Vec<CableSegment>,
     /// Constant forces on parts [N].
     pub(crate) loads: Vec<(u32, [f64; 3])>,
     pub(super) tip: PartSum,
@@ -160,11 +160,11 @@ pub struct ChainState {
 }
 
 /// Adds parts as they are asked for.
-struct Parts<'a> {
+struct PartCollector<'a> {
     body: &'a FemModel,
     cut: &'a Cut,
     sections: &'a [Condensed],
-    parts: Vec<Part>,
+    parts: Vec<ChainPart>,
     /// Nodes and weights of each.
     carriers: Vec<Vec<(u32, f64)>>,
 }
@@ -189,7 +189,7 @@ impl Chain {
             .map(|e| condense(body, &cut, e, (&interfaces[e], &interfaces[e + 1])))
             .collect::<Result<_>>()?;
         let mut parts =
-            Parts { body, cut: &cut, sections: &sections, parts: Vec::new(), carriers: Vec::new() };
+            PartCollector { body, cut: &cut, sections: &sections, parts: Vec::new(), carriers: Vec::new() };
         let mut known: Vec<(Vec<(u32, f64)>, PartSum)> = Vec::new();
         let cables = twin.cables.carried_by(|offset, carriers| {
             let sum = match known.iter().find(|(same, _)| same == carriers) {
@@ -208,7 +208,7 @@ impl Chain {
         let tip = parts.sum(&tip);
         let loads = parts.loads(&twin.loads);
         let asymmetry = sections.iter().map(|section| section.asymmetry).fold(0.0, f64::max);
-        let Parts { parts, carriers, .. } = parts;
+        let PartCollector { parts, carriers, .. } = parts;
         let sinks = sinks(&mut sections, &parts[..n_carrying], &carriers);
         let volume: f64 = body.nodal_volumes.iter().sum();
         let length = interfaces.windows(2).map(|pair| (pair[1].center - pair[0].center).norm()).sum::<f64>();
@@ -261,7 +261,7 @@ impl Chain {
         for &(part, weight) in &self.tip.parts {
             let part = &self.parts[part as usize];
             let e = part.site.section();
-            let pose = SectionPose::new(&state.interfaces[e], &state.interfaces[e + 1], &self.laws[e].rest);
+            let pose = StrainedPose::new(&state.interfaces[e], &state.interfaces[e + 1], &self.laws[e].rest);
             let deformed = |c: usize| part.shape[c].iter().zip(&pose.strain).map(|(a, b)| a * b).sum::<f64>();
             let lever = part.arm + Vector3::from_fn(|c, _| deformed(c));
             at += weight * part.at(&pose, &state.interfaces, &lever);
@@ -297,7 +297,7 @@ impl Chain {
     }
 }
 
-impl Parts<'_> {
+impl PartCollector<'_> {
     /// The sum of nodes with weights.
     fn sum(&mut self, carriers: &[(u32, f64)]) -> PartSum {
         let mut sum = PartSum::default();
@@ -322,7 +322,7 @@ impl Parts<'_> {
             Site::End(_) => (section.end, POSE + WARPINGS),
             Site::Within(_) => (section.center, 0),
         };
-        let mut part = Part { site, share: 0.0, arm: Vector3::zeros(), shape: [[0.0; PADDED]; 3] };
+        let mut part = ChainPart { site, share: 0.0, arm: Vector3::zeros(), shape: [[0.0; PADDED]; 3] };
         for &(node, weight) in carriers {
             // Nodes of a section are few: a linear search.
             let Some(i) = section.nodes.iter().position(|&own| own == node) else { continue };
@@ -361,7 +361,7 @@ impl Parts<'_> {
 }
 
 /// Local compliance of every section that has parts within it.
-fn sinks(sections: &mut [Condensed], parts: &[Part], carriers: &[Vec<(u32, f64)>]) -> Vec<Sink> {
+fn sinks(sections: &mut [Condensed], parts: &[ChainPart], carriers: &[Vec<(u32, f64)>]) -> Vec<Sink> {
     let mut sinks = Vec::new();
     for (e, section) in sections.iter_mut().enumerate() {
         let within = (0..parts.len()).filter(|&p| parts[p].site == Site::Within(e));
@@ -375,13 +375,13 @@ fn sinks(sections: &mut [Condensed], parts: &[Part], carriers: &[Vec<(u32, f64)>
 }
 
 /// The distinct segments of all cables: those of friction run along their tendons.
-pub(super) fn segments(cables: &Cables) -> Vec<Segment> {
-    let mut segments: Vec<Segment> = Vec::new();
+pub(super) fn segments(cables: &Cables) -> Vec<CableSegment> {
+    let mut segments: Vec<CableSegment> = Vec::new();
     for j in 0..cables.len() {
         for p in cables.points_of(j).skip(1).map(|next| next - 1) {
             match segments.iter_mut().find(|known| cables.is_same_segment(known.first, p)) {
                 Some(known) => known.cables.push(j),
-                None => segments.push(Segment { first: p, cables: vec![j] }),
+                None => segments.push(CableSegment { first: p, cables: vec![j] }),
             }
         }
     }

@@ -40,7 +40,7 @@ pub(crate) struct Condensed {
 
 /// Where a node of a section lies.
 #[derive(Debug, Clone, Copy)]
-enum Side {
+enum InterfaceSide {
     /// On the first interface: number there.
     Near(usize),
     /// On the second.
@@ -53,7 +53,7 @@ struct SectionMesh<'a> {
     model: FemModel,
     /// Node of the body of each node, model order of the section.
     nodes: Vec<u32>,
-    sides: Vec<Side>,
+    sides: Vec<InterfaceSide>,
     near: &'a InterfaceShape,
     far: &'a InterfaceShape,
 }
@@ -134,9 +134,9 @@ impl<'a> SectionMesh<'a> {
         nodes.dedup();
         let number = |node: u32| nodes.binary_search(&node).map_or(0, |at| at as u32);
         let side = |node: u32| match (near.nodes.binary_search(&node), far.nodes.binary_search(&node)) {
-            (Ok(i), _) => Side::Near(i),
-            (_, Ok(i)) => Side::Far(i),
-            _ => Side::Inner,
+            (Ok(i), _) => InterfaceSide::Near(i),
+            (_, Ok(i)) => InterfaceSide::Far(i),
+            _ => InterfaceSide::Inner,
         };
         let mesh = Mesh {
             nodes: nodes.iter().map(|&node| rest(body, node).into()).collect(),
@@ -146,14 +146,14 @@ impl<'a> SectionMesh<'a> {
             },
             groups: Default::default(),
         };
-        let on = |far_too: &dyn Fn(Side) -> bool| -> Vec<u32> {
+        let on = |far_too: &dyn Fn(InterfaceSide) -> bool| -> Vec<u32> {
             let clamped = nodes.iter().zip(0..).filter(|(node, _)| far_too(side(**node)));
             clamped.map(|(_, i)| i).collect()
         };
-        let mut clamped = on(&|side| !matches!(side, Side::Inner));
+        let mut clamped = on(&|side| !matches!(side, InterfaceSide::Inner));
         if clamped.len() == nodes.len() {
             // Nothing to condense: linear elements in one layer.
-            clamped = on(&|side| matches!(side, Side::Near(_)));
+            clamped = on(&|side| matches!(side, InterfaceSide::Near(_)));
         }
         let ratios = cells.iter().map(|&cell| body.modulus_ratios[cell]).collect();
         let model = FemModel::new(&mesh, body.material.clone(), &clamped)?.with_modulus_ratios(ratios);
@@ -182,9 +182,13 @@ impl<'a> SectionMesh<'a> {
         let mut shapes = vec![[[0.0; PADDED]; 3]; self.nodes.len()];
         for (i, shape) in shapes.iter_mut().enumerate() {
             let (sign, arm, first, warpings) = match self.sides[i] {
-                Side::Near(k) => (-0.5, self.rest(i) - self.near.center, POSE, &self.near.warpings[k]),
-                Side::Far(k) => (0.5, self.rest(i) - self.far.center, POSE + WARPINGS, &self.far.warpings[k]),
-                Side::Inner => continue,
+                InterfaceSide::Near(k) => {
+                    (-0.5, self.rest(i) - self.near.center, POSE, &self.near.warpings[k])
+                }
+                InterfaceSide::Far(k) => {
+                    (0.5, self.rest(i) - self.far.center, POSE + WARPINGS, &self.far.warpings[k])
+                }
+                InterfaceSide::Inner => continue,
             };
             let turned = -sign * arm.cross_matrix();
             for c in 0..3 {
@@ -205,7 +209,7 @@ impl<'a> SectionMesh<'a> {
 
     /// Number of inner nodes, which come first.
     fn n_inner(&self) -> usize {
-        self.sides.iter().take_while(|side| matches!(side, Side::Inner)).count()
+        self.sides.iter().take_while(|side| matches!(side, InterfaceSide::Inner)).count()
     }
 
     /// K_ii, factorised; `None` without inner nodes.
@@ -330,8 +334,8 @@ impl<'a> SectionMesh<'a> {
             let at = Vector3::new(x[i][0], x[i][1], x[i][2]);
             let force = Vector3::new(force[0], force[1], force[2]);
             match self.sides[i] {
-                Side::Inner => add_work(&forces[i], &shapes[i], &mut stress),
-                Side::Near(k) => {
+                InterfaceSide::Inner => add_work(&forces[i], &shapes[i], &mut stress),
+                InterfaceSide::Near(k) => {
                     normal -= 0.5 * force;
                     bending -= 0.5 * spin * (at - (middle - 0.5 * chord)).cross(&force);
                     let local = turn * force;
@@ -339,7 +343,7 @@ impl<'a> SectionMesh<'a> {
                         stress[POSE + w] += warping.dot(&local);
                     }
                 }
-                Side::Far(k) => {
+                InterfaceSide::Far(k) => {
                     normal += 0.5 * force;
                     bending += 0.5 * spin.transpose() * (at - (middle + 0.5 * chord)).cross(&force);
                     let local = turn.transpose() * force;
@@ -369,15 +373,15 @@ impl<'a> SectionMesh<'a> {
         };
         let position = |i: usize| {
             let at = match self.sides[i] {
-                Side::Near(k) => {
+                InterfaceSide::Near(k) => {
                     let arm = warped(self.rest(i) - self.near.center, &self.near.warpings[k], POSE);
                     middle - 0.5 * chord + turn.transpose() * arm
                 }
-                Side::Far(k) => {
+                InterfaceSide::Far(k) => {
                     let arm = warped(self.rest(i) - self.far.center, &self.far.warpings[k], POSE + WARPINGS);
                     middle + 0.5 * chord + turn * arm
                 }
-                Side::Inner => {
+                InterfaceSide::Inner => {
                     let moved = shapes[i].map(|row| row.iter().zip(strain).map(|(a, b)| a * b).sum::<f64>());
                     self.rest(i) + Vector3::from(moved)
                 }

@@ -196,7 +196,7 @@ impl WithSimd for Stress<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         for pass in 0..Packs::<S>::PASSES {
             let packs = Packs::new(simd, pass);
-            let mut sums = Sums {
+            let mut sums = CubicSums {
                 strain: load_strain(packs, self.strain),
                 of_first: [packs.splat(0.0); STRAIN],
                 of_last: [packs.splat(0.0); PACKS],
@@ -225,7 +225,7 @@ impl WithSimd for Stress<'_> {
 }
 
 /// Partial sums of the gradient, and the strain in registers.
-struct Sums<S: Simd> {
+struct CubicSums<S: Simd> {
     strain: [Lanes<S>; PACKS],
     /// By the first or second index, lanes still apart.
     of_first: [Lanes<S>; STRAIN],
@@ -233,7 +233,7 @@ struct Sums<S: Simd> {
     of_last: [Lanes<S>; PACKS],
 }
 
-impl<S: Simd> Sums<S> {
+impl<S: Simd> CubicSums<S> {
     /// All coefficients with the middle index `j`, whose register is `FIRST`; returns those that follow.
     #[inline(always)]
     fn add<'a, const FIRST: usize>(

@@ -18,7 +18,7 @@ const AT_END: f64 = 0.1;
 
 /// Where a node of the body lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Place {
+pub(crate) enum NodePlace {
     /// Below the first interface: held still.
     Held,
     /// On this interface.
@@ -31,7 +31,7 @@ pub(crate) enum Place {
 #[derive(Debug, Clone)]
 pub(crate) struct Cut {
     /// Place of every node, model order.
-    pub places: Vec<Place>,
+    pub places: Vec<NodePlace>,
     /// Section of every element that can deform; `None` below the first interface.
     pub sections: Vec<Option<usize>>,
     /// Number of sections; there is one interface more.
@@ -76,7 +76,7 @@ impl Cut {
                 .hint("use a mesh that is made layer by layer")
                 .into());
         }
-        let places: Vec<Place> = heights.iter().map(|&height| place(&chosen, height, near)).collect();
+        let places: Vec<NodePlace> = heights.iter().map(|&height| place(&chosen, height, near)).collect();
         check_clamp(body, &places)?;
         let sections = (0..body.cells.len()).map(|e| {
             let corners = body.cells.corners(e);
@@ -90,9 +90,9 @@ impl Cut {
     /// What a node moves with; `None` where it is held.
     pub fn site(&self, node: u32) -> Option<Site> {
         match self.places[node as usize] {
-            Place::Held => None,
-            Place::Interface(i) => i.checked_sub(1).map(Site::End),
-            Place::Section(e) => Some(Site::Within(e)),
+            NodePlace::Held => None,
+            NodePlace::Interface(i) => i.checked_sub(1).map(Site::End),
+            NodePlace::Section(e) => Some(Site::Within(e)),
         }
     }
 }
@@ -181,17 +181,17 @@ fn diameter(body: &FemModel, axis: usize, heights: &[f64], height: f64, near: f6
     across.fold(0.0, f64::max)
 }
 
-fn place(planes: &[f64], height: f64, near: f64) -> Place {
+fn place(planes: &[f64], height: f64, near: f64) -> NodePlace {
     match planes.partition_point(|&plane| plane < height - near) {
-        0 if planes[0] > height + near => Place::Held,
-        i if i < planes.len() && planes[i] <= height + near => Place::Interface(i),
-        i => Place::Section(i.saturating_sub(1)),
+        0 if planes[0] > height + near => NodePlace::Held,
+        i if i < planes.len() && planes[i] <= height + near => NodePlace::Interface(i),
+        i => NodePlace::Section(i.saturating_sub(1)),
     }
 }
 
 /// The clamp must be all that lies up to the first interface.
-fn check_clamp(body: &FemModel, places: &[Place]) -> Result<()> {
-    let below = |place: &Place| matches!(place, Place::Held | Place::Interface(0));
+fn check_clamp(body: &FemModel, places: &[NodePlace]) -> Result<()> {
+    let below = |place: &NodePlace| matches!(place, NodePlace::Held | NodePlace::Interface(0));
     let (free, clamped) = places.split_at(body.n_free);
     if free.iter().any(below) || !clamped.iter().all(below) {
         let expected = "all nodes up to a plane across the body's longest axis, and no others";
@@ -226,15 +226,15 @@ mod tests {
         for (e, section) in cut.sections.iter().enumerate() {
             let section = section.expect("nothing lies below the clamp");
             let touches = |node: &u32| match cut.places[*node as usize] {
-                Place::Held => false,
-                Place::Interface(i) => i == section || i == section + 1,
-                Place::Section(own) => own == section,
+                NodePlace::Held => false,
+                NodePlace::Interface(i) => i == section || i == section + 1,
+                NodePlace::Section(own) => own == section,
             };
             assert!(body.cells.nodes(e).iter().all(touches), "{e}");
             counts[section] += 1;
         }
         assert!(counts.iter().all(|&count| count == body.cells.len() / 8), "{counts:?}");
-        let on = |i: usize| cut.places.iter().filter(|place| **place == Place::Interface(i)).count();
+        let on = |i: usize| cut.places.iter().filter(|place| **place == NodePlace::Interface(i)).count();
         assert!((1..=8).all(|i| on(i) == on(0)), "planes alike");
         assert_eq!(on(0), body.n_nodes() - body.n_free);
     }

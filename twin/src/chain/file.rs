@@ -6,7 +6,7 @@ use hysteron_base::{BadInput, file, json};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::body::{Chain, Part, PartSum, Sink, Site, segments};
+use super::body::{Chain, ChainPart, PartSum, Sink, Site, segments};
 use super::cubic::Cubic;
 use super::section::{Interface, SectionLaw};
 use super::validation::Validation;
@@ -149,11 +149,11 @@ impl Chain {
     }
 }
 
-type Refusal = (&'static str, String, String);
+type FileRefusal = (&'static str, String, String);
 
 impl ChainFile {
     /// Fails where sizes or numbers do not fit together.
-    fn check(&self, twin: &Twin) -> std::result::Result<(), Refusal> {
+    fn check(&self, twin: &Twin) -> std::result::Result<(), FileRefusal> {
         let count = |what, expected: usize, found: usize| {
             if expected == found { Ok(()) } else { Err((what, expected.to_string(), found.to_string())) }
         };
@@ -276,7 +276,7 @@ impl SectionEntry {
 }
 
 impl PartEntry {
-    fn new(part: &Part) -> Self {
+    fn new(part: &ChainPart) -> Self {
         Self {
             section: part.site.section(),
             on_end: matches!(part.site, Site::End(_)),
@@ -286,13 +286,13 @@ impl PartEntry {
         }
     }
 
-    fn part(&self) -> Part {
+    fn part(&self) -> ChainPart {
         let padded = |row: &Vec<f64>| {
             let mut padded: Strain = [0.0; PADDED];
             padded[..STRAIN].copy_from_slice(row);
             padded
         };
-        Part {
+        ChainPart {
             site: if self.on_end { Site::End(self.section) } else { Site::Within(self.section) },
             share: self.share,
             arm: self.arm.into(),

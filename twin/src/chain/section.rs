@@ -46,7 +46,7 @@ impl SectionLaw {
         self.cubic.add_stress(isa, strain, &mut stress);
         let cubic: f64 = stress.iter().zip(strain).map(|(s, e)| s * e).sum::<f64>() / 3.0;
         let mut linear = [0.0; PADDED];
-        isa.run(Linear { stiffness: &self.stiffness, strain, stress: &mut linear });
+        isa.run(LinearStrain { stiffness: &self.stiffness, strain, stress: &mut linear });
         let mut quadratic = 0.0;
         for k in 0..STRAIN {
             quadratic += 0.5 * linear[k] * strain[k];
@@ -64,13 +64,13 @@ impl SectionLaw {
 }
 
 /// Adds K ε.
-struct Linear<'a> {
+struct LinearStrain<'a> {
     stiffness: &'a [Strain; STRAIN],
     strain: &'a Strain,
     stress: &'a mut Strain,
 }
 
-impl WithSimd for Linear<'_> {
+impl WithSimd for LinearStrain<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -87,7 +87,7 @@ impl WithSimd for Linear<'_> {
 
 /// The section's own frame, its strain, and what their variations need.
 #[derive(Debug, Clone)]
-pub(crate) struct SectionPose {
+pub(crate) struct StrainedPose {
     /// c_e [m].
     pub center: Vector3<f64>,
     /// R_e.
@@ -103,7 +103,7 @@ pub(crate) struct SectionPose {
     pub strain: Strain,
 }
 
-impl SectionPose {
+impl StrainedPose {
     pub fn new(a: &Interface, b: &Interface, rest: &Vector3<f64>) -> Self {
         let psi = log(&(a.rotation.transpose() * b.rotation));
         let half = 0.5 * psi;

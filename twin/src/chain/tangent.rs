@@ -19,8 +19,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::balance::ChainBalance;
 use super::band::{Block, BlockSkyline, BlockVector};
-use super::body::{Chain, Part, PartSum, Site};
-use super::section::{SectionPose, head, middle};
+use super::body::{Chain, ChainPart, PartSum, Site};
+use super::section::{StrainedPose, head, middle};
 use super::{BLOCK, PADDED, POSE, STRAIN, Strain, WARPINGS};
 use crate::cable::direction;
 
@@ -212,7 +212,7 @@ fn span(chain: &Chain, first: usize) -> (usize, usize) {
 }
 
 #[inline(always)]
-fn pose_map(pose: &SectionPose, lever: f64) -> PoseMap {
+fn pose_map(pose: &StrainedPose, lever: f64) -> PoseMap {
     let back = pose.rotation.transpose();
     let turned = pose.spread_inverse * back / lever;
     let skewed = 0.5 * pose.coefficients.kappa * pose.half.cross_matrix() * turned;
@@ -239,7 +239,7 @@ fn set(rows: &mut [Variation], row: usize, column: usize, block: &Matrix3<f64>) 
 
 /// The quadratic form of the strain by z: δv = D + v × ω.
 #[inline(always)]
-fn with_spin(law: &[Strain; STRAIN], pose: &SectionPose) -> [Variation; VARIATION] {
+fn with_spin(law: &[Strain; STRAIN], pose: &StrainedPose) -> [Variation; VARIATION] {
     let mut form = [[0.0; BOTH]; VARIATION];
     let turn = pose.chord.cross_matrix();
     for i in 0..STRAIN {
@@ -271,7 +271,7 @@ fn add_block(form: &mut [Variation; VARIATION], row: usize, column: usize, block
 #[inline(always)]
 fn add_geometric(
     form: &mut [Variation; VARIATION],
-    pose: &SectionPose,
+    pose: &StrainedPose,
     stress: &Strain,
     moment: &Vector3<f64>,
 ) {
@@ -300,8 +300,8 @@ fn add_geometric(
 #[inline(always)]
 fn add_lever(
     form: &mut [Variation; VARIATION],
-    pose: &SectionPose,
-    part: &Part,
+    pose: &StrainedPose,
+    part: &ChainPart,
     lever: &Vector3<f64>,
     force: &[f64; 4],
 ) {
@@ -383,7 +383,7 @@ fn add_line(line: &mut BlockVector, numbers: &[f64]) {
 
 /// Move of a part in space by the unknowns of both interfaces: ½ share (δc_a + δc_b) + R_e (ω × r + Ψ δε).
 #[inline(always)]
-fn part_move(part: &Part, pose: &SectionPose, lever: &Vector3<f64>, map: &PoseMap) -> [Variation; 3] {
+fn part_move(part: &ChainPart, pose: &StrainedPose, lever: &Vector3<f64>, map: &PoseMap) -> [Variation; 3] {
     let shape = |first: usize| Matrix3::from_fn(|c, k| part.shape[c][first + k]);
     let by_chord = pose.rotation * shape(0);
     let by_spin = by_chord * pose.chord.cross_matrix() - pose.rotation * lever.cross_matrix();
@@ -413,7 +413,7 @@ fn part_move(part: &Part, pose: &SectionPose, lever: &Vector3<f64>, map: &PoseMa
 
 /// Move of a part of an end interface in space by the unknowns of that: share δc + δθ × r + R Φ δw, the lever r in space.
 #[inline(always)]
-fn end_move(part: &Part, rotation: &Matrix3<f64>, lever: &Vector3<f64>, unit: f64) -> [Variation; 3] {
+fn end_move(part: &ChainPart, rotation: &Matrix3<f64>, lever: &Vector3<f64>, unit: f64) -> [Variation; 3] {
     let turn = lever.cross_matrix() / -unit;
     let mut moves = [[0.0; BOTH]; 3];
     for c in 0..3 {
@@ -586,7 +586,7 @@ mod tests {
             ..*interface
         };
         for (pair, law) in moved.interfaces.windows(2).zip(&chain.laws) {
-            let strain = |a: &Interface, b: &Interface| SectionPose::new(a, b, &law.rest).strain;
+            let strain = |a: &Interface, b: &Interface| StrainedPose::new(a, b, &law.rest).strain;
             let (before, after) = (strain(&pair[0], &pair[1]), strain(&rigid(&pair[0]), &rigid(&pair[1])));
             let ((stress, energy), (other, same)) =
                 (law.stress(chain.isa, &before), law.stress(chain.isa, &after));

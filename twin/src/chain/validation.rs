@@ -79,7 +79,7 @@ impl ErrorSpread {
 }
 
 /// How a tendon is driven.
-enum Drive {
+enum TendonDrive {
     /// By a random stroke.
     Stroke,
     /// By a random tension.
@@ -88,7 +88,7 @@ enum Drive {
     Resting,
 }
 
-impl Drive {
+impl TendonDrive {
     fn of(twin: &Twin, j: usize) -> Self {
         if j >= twin.n_primary {
             Self::Tension
@@ -203,10 +203,10 @@ fn targets(twin: &Twin, options: &ValidationOptions, k: usize) -> Vec<Target> {
         .map(|j| {
             let tendon = &twin.tendons[j];
             let part: f64 = rng.random_range(-1.0..1.0);
-            match Drive::of(twin, j) {
-                Drive::Stroke => Target::Stroke(tendon.stroke.clamp(options.stroke * part)),
-                Drive::Tension => Target::Tension(tendon.tension.clamp(options.tension * part)),
-                Drive::Resting => tendon.resting_target(),
+            match TendonDrive::of(twin, j) {
+                TendonDrive::Stroke => Target::Stroke(tendon.stroke.clamp(options.stroke * part)),
+                TendonDrive::Tension => Target::Tension(tendon.tension.clamp(options.tension * part)),
+                TendonDrive::Resting => tendon.resting_target(),
             }
         })
         .collect()

@@ -6,7 +6,7 @@ use hysteron_fem::{FactorKind, FemModel, Stiffness, StiffnessFactor, Tangent};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::WARPINGS;
-use super::cut::{Cut, Place};
+use super::cut::{Cut, NodePlace};
 use crate::Result;
 use crate::model::Twin;
 
@@ -29,7 +29,7 @@ pub(crate) struct InterfaceShape {
 
 impl InterfaceShape {
     fn new(body: &FemModel, cut: &Cut, i: usize) -> Self {
-        let on = |node: &u32| cut.places[*node as usize] == Place::Interface(i);
+        let on = |node: &u32| cut.places[*node as usize] == NodePlace::Interface(i);
         let nodes: Vec<u32> = (0..body.n_nodes() as u32).filter(on).collect();
         let center = nodes.iter().map(|&node| rest(body, node)).sum::<Vector3<f64>>() / nodes.len() as f64;
         Self { warpings: vec![[Vector3::zeros(); WARPINGS]; nodes.len()], center, nodes }

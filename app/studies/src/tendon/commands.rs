@@ -94,14 +94,14 @@ impl ProgressSink for Quiet<'_> {
 }
 
 /// Commands, and where they work.
-pub struct Chain<'a> {
+pub struct ChainCommands<'a> {
     folder: PathBuf,
     /// Folder of the robot `tpu80`.
     meshes: PathBuf,
     context: &'a Context<'a>,
 }
 
-impl<'a> Chain<'a> {
+impl<'a> ChainCommands<'a> {
     /// Commands that write to `folder`, with the meshes of the project below `repository`.
     ///
     /// # Errors
@@ -119,7 +119,7 @@ impl<'a> Chain<'a> {
     /// calibration for all.
     ///
     /// # Errors
-    /// As [`Chain::new`].
+    /// As [`ChainCommands::new`].
     pub fn of_typical(folder: &Path, repository: &Path, context: &'a Context<'a>) -> Result<Self> {
         Self::new(&folder.with_file_name("typical"), repository, context)
     }
@@ -338,7 +338,7 @@ impl<'a> Chain<'a> {
     /// strokes out.
     ///
     /// # Errors
-    /// As [`Chain::track`].
+    /// As [`ChainCommands::track`].
     pub fn tracked(&self, arguments: &[&str], out: &str) -> Result<Option<evaluate::Outcome>> {
         let metrics = Path::new(out).join("metrics.json");
         if !metrics.exists() {

@@ -5,7 +5,7 @@ use hysteron_workflow::{Context, WorkflowError};
 use rayon::prelude::*;
 
 use super::outcome::{AblatedRobot, AblationMetrics, AblationPath, LEVELS, LevelResult};
-use crate::tendon::commands::{Chain, FRICTION, Strokes};
+use crate::tendon::commands::{ChainCommands, FRICTION, Strokes};
 use crate::tendon::path_following::{Followed, FollowedKeys};
 use crate::tendon::{Options, Outcome, session};
 
@@ -73,14 +73,14 @@ fn measure(options: &Options, context: &Context) -> Result<AblationMetrics> {
         if options.quick { (&names[..1], &TARGETS[..1]) } else { (&names[..], &TARGETS[..]) };
     let one = |name: &String| {
         let folder = options.out.join(name.replace('/', "-"));
-        ablate(&Chain::new(&folder, &options.repository, context)?, name, targets)
+        ablate(&ChainCommands::new(&folder, &options.repository, context)?, name, targets)
     };
     let robots = names.par_iter().map(one).collect::<Result<Vec<Robot>>>()?;
     Ok(AblationMetrics { robots: robots.iter().map(|robot| robot.result(targets)).collect() })
 }
 
 /// All ablation levels on one robot.
-fn ablate(chain: &Chain<'_>, name: &str, targets: &[&str]) -> Result<Robot> {
+fn ablate(chain: &ChainCommands<'_>, name: &str, targets: &[&str]) -> Result<Robot> {
     let (rig, scene) = (format!("virtual:{name}"), &chain.scene_path(FRICTION.1));
     chain.record(name, "quick", "data")?;
     let recordings = chain.training_recordings()?;

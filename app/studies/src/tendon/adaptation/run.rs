@@ -12,7 +12,7 @@ use hysteron_workflow::tendon::adapt;
 use hysteron_workflow::{Context, WorkflowError};
 
 use super::outcome::{AdaptationMetrics, Row, Tip, UNCHANGED};
-use crate::tendon::commands::{Chain, FRICTION, read_outcome};
+use crate::tendon::commands::{ChainCommands, FRICTION, read_outcome};
 use crate::tendon::population::write_recorded_plan;
 use crate::tendon::{Options, Outcome, session};
 
@@ -89,7 +89,7 @@ fn measure(options: &Options, context: &Context) -> Result<AdaptationMetrics> {
 }
 
 struct Study<'a> {
-    chain: Chain<'a>,
+    chain: ChainCommands<'a>,
     scene: String,
     old: String,
 }
@@ -98,9 +98,9 @@ impl<'a> Study<'a> {
     fn new(options: &'a Options, context: &'a Context<'a>) -> Result<Self> {
         let Options { out, quick, repository } = options;
         let chain = if *quick {
-            Chain::new(out, repository, context)?
+            ChainCommands::new(out, repository, context)?
         } else {
-            Chain::of_typical(out, repository, context)?
+            ChainCommands::of_typical(out, repository, context)?
         };
         let plan = if *quick { write_recorded_plan(&chain)? } else { "paper".to_owned() };
         chain.record("typical", &plan, "data")?;

@@ -4,7 +4,7 @@ use hysteron_workflow::{Context, WorkflowError};
 
 use super::outcome::CoreactMetrics;
 use super::twins::{SCENES, TwinAblation, TwinModels};
-use crate::tendon::commands::{Chain, TESTS};
+use crate::tendon::commands::{ChainCommands, TESTS};
 use crate::tendon::{Options, Outcome, session};
 
 /// Random plans for the stability of the loop.
@@ -33,7 +33,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome<CoreactMetric
 }
 
 fn measure(options: &Options, size: &Size, context: &Context) -> anyhow::Result<CoreactMetrics> {
-    let chain = Chain::of_typical(&options.out, &options.repository, context)?;
+    let chain = ChainCommands::of_typical(&options.out, &options.repository, context)?;
     let study = TwinAblation { chain, tests: size.tests };
     study.chain.record("typical", "paper", "data")?;
     let training = study.chain.training_recordings()?;

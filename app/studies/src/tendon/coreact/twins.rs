@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::outcome::{PathErrors, Stability, TwinErrors, TwinTable};
 use super::random_plan::random_plan;
-use crate::tendon::commands::{Chain, FRICTION, read_outcome};
+use crate::tendon::commands::{ChainCommands, FRICTION, read_outcome};
 
 /// The twin without and with friction.
 pub(super) const SCENES: [(&str, &str); 2] = [("twin", "scene-typical.toml"), FRICTION];
@@ -30,7 +30,7 @@ pub(crate) struct TwinModels {
 /// Commands, and the test trajectories of the twins that they make.
 pub(crate) struct TwinAblation<'a> {
     /// Commands.
-    pub chain: Chain<'a>,
+    pub chain: ChainCommands<'a>,
     /// Test trajectories.
     pub tests: &'static [&'static str],
 }

@@ -5,7 +5,7 @@ use hysteron_workflow::{Context, WorkflowError};
 use rayon::prelude::*;
 
 use super::outcome::{EdicMetrics, EdicPath, MethodRuns, RECORDED};
-use crate::tendon::commands::{Chain, FRICTION, Strokes};
+use crate::tendon::commands::{ChainCommands, FRICTION, Strokes};
 use crate::tendon::path_following::Followed;
 use crate::tendon::{Options, Outcome, session};
 
@@ -88,7 +88,7 @@ struct Cell {
 /// A command fails, or an interruption.
 pub fn run(options: &Options, context: &Context) -> Result<Outcome<EdicMetrics>, WorkflowError> {
     session::run("edic", &options.out, context, || {
-        let chain = Chain::of_typical(&options.out, &options.repository, context)?;
+        let chain = ChainCommands::of_typical(&options.out, &options.repository, context)?;
         let paths = &IDEALS[..if options.quick { 1 } else { IDEALS.len() }];
         let rows = measure(&chain, paths, options.quick)?;
         Ok(EdicMetrics { paths: paths.iter().zip(&rows).map(|(ideal, cells)| ideal.result(cells)).collect() })
@@ -96,7 +96,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome<EdicMetrics>,
 }
 
 /// Trains the networks and tracks the paths by every method.
-fn measure(chain: &Chain<'_>, paths: &[Ideal], quick: bool) -> Result<Vec<Vec<Cell>>> {
+fn measure(chain: &ChainCommands<'_>, paths: &[Ideal], quick: bool) -> Result<Vec<Vec<Cell>>> {
     chain.record("typical", "paper", "data")?;
     let training = chain.training_recordings()?;
     let (model, scene) = FRICTION;
@@ -143,7 +143,7 @@ impl Ideal {
 }
 
 /// Runs a plan on the calibrated twin.
-fn generate(chain: &Chain<'_>, plan: &str) -> Result<String> {
+fn generate(chain: &ChainCommands<'_>, plan: &str) -> Result<String> {
     let (model, scene) = FRICTION;
     let (out, scene) = (chain.path(plan)?, chain.scene_path(scene));
     let model = chain.path(&format!("{model}-1.safetensors"))?;
@@ -152,7 +152,7 @@ fn generate(chain: &Chain<'_>, plan: &str) -> Result<String> {
 }
 
 fn train_inverse(
-    chain: &Chain<'_>,
+    chain: &ChainCommands<'_>,
     method: &EdicMethod,
     seed: u64,
     recordings: &[String],
@@ -167,7 +167,7 @@ fn train_inverse(
 }
 
 /// Strokes by this method for every seed, each run several times, and measured.
-fn track(chain: &Chain<'_>, method: &EdicMethod, target: &str, quick: bool) -> Result<Cell> {
+fn track(chain: &ChainCommands<'_>, method: &EdicMethod, target: &str, quick: bool) -> Result<Cell> {
     let stem = format!(
         "tracked/{}-{}",
         method.name.replace(|c: char| !c.is_alphanumeric(), ""),

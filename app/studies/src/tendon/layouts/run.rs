@@ -9,7 +9,7 @@ use hysteron_workflow::{Context, WorkflowError};
 use nalgebra::Matrix3xX;
 
 use super::outcome::{LayoutMetrics, LayoutReach};
-use crate::tendon::commands::{Chain, FRICTION, TESTS, read_outcome};
+use crate::tendon::commands::{ChainCommands, FRICTION, TESTS, read_outcome};
 use crate::tendon::coreact::{TwinAblation, TwinModels};
 use crate::tendon::numbers::percentile;
 use crate::tendon::{Options, Outcome, session};
@@ -28,7 +28,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome<LayoutMetrics
 }
 
 fn measure(options: &Options, context: &Context) -> Result<LayoutMetrics> {
-    let chain = Chain::of_typical(&options.out, &options.repository, context)?;
+    let chain = ChainCommands::of_typical(&options.out, &options.repository, context)?;
     chain.record("typical", "paper", "data")?;
     let training: Vec<String> = chain.training_recordings()?.into_iter().step_by(OF_ALL).collect();
     let (layouts, tests, epochs) = if options.quick {
@@ -52,7 +52,7 @@ fn measure(options: &Options, context: &Context) -> Result<LayoutMetrics> {
 }
 
 /// Writes the scene with friction with other auxiliary tendons; gives its path.
-fn write_scene(chain: &Chain, segments: usize, length: f64) -> Result<String> {
+fn write_scene(chain: &ChainCommands, segments: usize, length: f64) -> Result<String> {
     let meshes = chain.meshes().canonicalize()?;
     let text = std::fs::read_to_string(meshes.join(FRICTION.1))?;
     let mesh = format!("file = \"{}\"", meshes.join("tpu80.msh").display());

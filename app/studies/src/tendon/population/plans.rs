@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 use hysteron_base::file;
 
-use crate::tendon::commands::{Chain, FRICTION};
+use crate::tendon::commands::{ChainCommands, FRICTION};
 
 /// Changes of the scene of `typical` to one before any fit: the drawing, and data sheets for wire in channels and sheaths
 /// lined with PTFE (`meshes/tpu80/scene-friction.toml`). Its mesh is named from the robot's folder.
@@ -65,7 +65,7 @@ const SYNTHETIC: [(&str, u32, &str); 4] = [
 ///
 /// # Errors
 /// Refusals of the file system.
-pub(super) fn write_nominal_scene(chain: &Chain<'_>) -> Result<String> {
+pub(super) fn write_nominal_scene(chain: &ChainCommands<'_>) -> Result<String> {
     let mesh = chain.meshes().join("tpu80.msh").canonicalize()?;
     let mesh = format!("file = {:?}", mesh.display().to_string());
     let lines = [&NOMINAL[..], &[("file = \"tpu80.msh\"", &mesh)]].concat();
@@ -77,7 +77,7 @@ pub(super) fn write_nominal_scene(chain: &Chain<'_>) -> Result<String> {
 ///
 /// # Errors
 /// Refusals of the file system.
-pub(crate) fn write_recorded_plan(chain: &Chain<'_>) -> Result<String> {
+pub(crate) fn write_recorded_plan(chain: &ChainCommands<'_>) -> Result<String> {
     let path = chain.path("plan.toml")?;
     file::write_bytes(Path::new(&path), recorded_plan())?;
     Ok(path)

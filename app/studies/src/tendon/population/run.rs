@@ -5,7 +5,7 @@ use hysteron_workflow::{Context, WorkflowError};
 
 use super::outcome::{METHODS, PopulationMetrics, PopulationPath, PopulationRobot};
 use super::plans::{synthetic_plan, write_nominal_scene, write_recorded_plan};
-use crate::tendon::commands::{Chain, Strokes};
+use crate::tendon::commands::{ChainCommands, Strokes};
 use crate::tendon::path_following::{Followed, FollowedKeys, FollowedMethod};
 use crate::tendon::session::StudySession;
 use crate::tendon::{Outcome, PopulationOptions};
@@ -102,7 +102,7 @@ pub fn run(
         let name = format!("wide/{member}");
         tracing::info!("{name}");
         let folder = shared.out.join(name.replace('/', "-"));
-        let chain = Chain::new(&folder, &shared.repository, context)?;
+        let chain = ChainCommands::new(&folder, &shared.repository, context)?;
         let found = match known_from_recordings(&chain, &name, &effort).map_err(WorkflowError::from) {
             Err(error @ WorkflowError::Cancelled(_)) => return Err(error),
             other => other.map_err(|error| error.to_string()),
@@ -117,7 +117,11 @@ pub fn run(
 }
 
 /// The whole procedure on one robot.
-fn known_from_recordings(chain: &Chain<'_>, name: &str, effort: &PopulationEffort) -> Result<Vec<Row>> {
+fn known_from_recordings(
+    chain: &ChainCommands<'_>,
+    name: &str,
+    effort: &PopulationEffort,
+) -> Result<Vec<Row>> {
     let rig = format!("virtual:{name}");
     let nominal = write_nominal_scene(chain)?;
     chain.record(name, &write_recorded_plan(chain)?, "data")?;
@@ -152,7 +156,7 @@ fn known_from_recordings(chain: &Chain<'_>, name: &str, effort: &PopulationEffor
 }
 
 /// Fits the nominal scene to some of the recordings.
-fn fit(chain: &Chain<'_>, nominal: &str, steps: &str) -> Result<String> {
+fn fit(chain: &ChainCommands<'_>, nominal: &str, steps: &str) -> Result<String> {
     let out = chain.path("fitted.toml")?;
     let recordings =
         FITTED.iter().map(|name| chain.path(&format!("data/{name}.parquet"))).collect::<Result<Vec<_>>>()?;

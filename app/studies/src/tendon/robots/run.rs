@@ -5,7 +5,7 @@ use hysteron_workflow::{Context, WorkflowError};
 use rayon::prelude::*;
 
 use super::outcome::RobotsMetrics;
-use crate::tendon::commands::{Chain, TESTS};
+use crate::tendon::commands::{ChainCommands, TESTS};
 use crate::tendon::coreact::{PathErrors, TwinAblation, TwinErrors, TwinModels, TwinTable};
 use crate::tendon::{Options, Outcome, session};
 
@@ -32,12 +32,13 @@ fn measure(options: &Options, context: &Context) -> Result<RobotsMetrics> {
     };
     let mut tables = Vec::new();
     for preset in presets {
-        let study = TwinAblation { chain: Chain::new(&out.join(preset), repository, context)?, tests };
+        let study =
+            TwinAblation { chain: ChainCommands::new(&out.join(preset), repository, context)?, tests };
         study.chain.record(preset, "paper", "data")?;
         let training: Vec<String> = study.chain.training_recordings()?.into_iter().step_by(OF_ALL).collect();
         tables.push(study.roll_out(&study.models(&training, [1; 2], epochs)?, "data", preset)?);
     }
-    let study = TwinAblation { chain: Chain::of_typical(out, repository, context)?, tests };
+    let study = TwinAblation { chain: ChainCommands::of_typical(out, repository, context)?, tests };
     study.chain.record("typical", "paper", "data")?;
     let models = study.models(&study.chain.training_recordings()?, [1; 2], epochs)?;
     tables.push(population(&study, &models, members)?);

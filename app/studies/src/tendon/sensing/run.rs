@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::outcome::{SensedRobot, SensingMetrics, WithoutContact};
 use super::recordings::{write_pushes, write_strokes};
-use crate::tendon::commands::{Chain, FRICTION, read_outcome};
+use crate::tendon::commands::{ChainCommands, FRICTION, read_outcome};
 use crate::tendon::{Options, Outcome, session};
 
 const ROBOTS: [&str; 2] = ["typical", "harsh"];
@@ -30,7 +30,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome<SensingMetric
     let robots = if options.quick { &ROBOTS[..1] } else { &ROBOTS[..] };
     session::run("sensing", &options.out, context, || {
         let one = |robot: &&str| {
-            let chain = Chain::new(&options.out.join(robot), &options.repository, context)?;
+            let chain = ChainCommands::new(&options.out.join(robot), &options.repository, context)?;
             evaluate_sensor(&chain, robot, &effort)
         };
         Ok(SensingMetrics { robots: robots.iter().map(one).collect::<Result<_>>()? })
@@ -47,7 +47,7 @@ struct Effort {
 }
 
 /// Records, calibrates, fits and evaluates the sensor of one robot.
-fn evaluate_sensor(chain: &Chain<'_>, robot: &str, effort: &Effort) -> Result<SensedRobot> {
+fn evaluate_sensor(chain: &ChainCommands<'_>, robot: &str, effort: &Effort) -> Result<SensedRobot> {
     let Effort { seconds, epochs, n_free } = *effort;
     chain.record(robot, "quick", "quick")?;
     let [twin, residual, servos, sensor] =

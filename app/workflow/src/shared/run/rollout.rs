@@ -26,7 +26,7 @@ pub struct RunState {
     pub n_outside: usize,
 }
 
-/// What a run moves the robot with.
+/// The model that moves the robot in a run.
 pub enum RunModel<'a, 'b> {
     /// The twin.
     Twin,
