@@ -1,4 +1,4 @@
-//! What carries the points of a tendon: an element, a ring of body points, or an anchor.
+//! Carriers of the points of a tendon: an element, a ring of body points, or an anchor.
 
 use hysteron_base::{BadInput, Tendon};
 use hysteron_fem::{Anchor, Embedding, FemModel};

@@ -134,7 +134,7 @@ impl Cables {
         self.range(j)
     }
 
-    /// What carries a point of all, with weights; nothing carries a fixed one.
+    /// Maps the carriers of all points, with weights; nothing carries a fixed one.
     pub(crate) fn carriers(&self, point: usize) -> &[(u32, f64)] {
         &self.points[point].carriers
     }

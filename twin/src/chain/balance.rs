@@ -4,13 +4,14 @@ use hysteron_base::lanes::{LANES, Simd, WithSimd};
 use nalgebra::{Matrix3, Vector3};
 
 use super::band::BlockVector;
-use super::body::{Chain, ChainPart, Sink, Site};
+use super::body::{Chain, ChainPart, Sink};
+use super::section::Site;
 use super::section::{Interface, StrainedPose};
 use super::{BLOCK, PADDED, Strain};
 use crate::cable::CableShape;
 use crate::equilibrium_residual::{StepTargets, compare_strokes};
 
-/// What cable points still have to sink over the accuracy of strokes, at which they have settled in their sections [-], and
+/// Way that cable points still have to sink over the accuracy of strokes, at which they have settled in their sections [-], and
 /// passes at most: each leaves the part T/ℓ C of what was missing before.
 const SETTLED: f64 = 0.05;
 const MAX_SETTLING: usize = 60;
@@ -18,7 +19,7 @@ const MAX_SETTLING: usize = 60;
 const SLOW: f64 = 0.7;
 const LEAST_PART: f64 = 0.125;
 
-/// What pulls at a section: the generalised force of its strain, a force, and a moment about its centre in its frame; and a
+/// Pull at a section: the generalised force of its strain, a force, and a moment about its centre in its frame; and a
 /// force on its end interface with a moment about that one's centre, both in space.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SectionPull {
@@ -37,7 +38,7 @@ const NO_PULL: SectionPull =
 #[derive(Debug, Clone)]
 pub(crate) struct ChainBalance {
     pub poses: Vec<StrainedPose>,
-    /// What each part has beyond its share of its frame's centre, in that frame [m].
+    /// Lever of each part beyond its share of its frame's centre, in that frame [m].
     pub levers: Vec<Vector3<f64>>,
     /// How far each part has sunk into its section, in that frame [m].
     sunk: Vec<Vector3<f64>>,

@@ -9,7 +9,7 @@ use super::band::BlockVector;
 use super::condense::{Condensed, condense};
 use super::cut::Cut;
 use super::rotation::{exp, orthonormal};
-use super::section::{Interface, SectionLaw, StrainedPose};
+use super::section::{Interface, SectionLaw, Site, StrainedPose};
 use super::validation::Validation;
 use super::warping::{interfaces, rest};
 use super::{PADDED, POSE, Strain, WARPINGS};
@@ -21,49 +21,6 @@ use crate::registration::Registration;
 
 /// Part of the largest validated strain up to which a step counts as within [-].
 const BEYOND: f64 = 1.25;
-
-/// What a part moves with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Site {
-    /// With the frame of a section's end interface, that of the section's number: its warping is the last part of the section's
-    /// strain.
-    End(usize),
-    /// With the frame of a section.
-    Within(usize),
-}
-
-impl Site {
-    /// The section.
-    pub fn section(self) -> usize {
-        match self {
-            Self::End(e) | Self::Within(e) => e,
-        }
-    }
-
-    /// The strains that it moves with, whole registers of them.
-    pub fn strain(self, strain: &Strain) -> &[f64] {
-        match self {
-            Self::End(_) => &strain[POSE + WARPINGS..],
-            Self::Within(_) => strain,
-        }
-    }
-
-    /// The same, to change.
-    pub fn strain_mut(self, strain: &mut Strain) -> &mut [f64] {
-        match self {
-            Self::End(_) => &mut strain[POSE + WARPINGS..],
-            Self::Within(_) => strain,
-        }
-    }
-
-    /// First interface that moves it, counted from the clamp.
-    pub fn first(self) -> usize {
-        match self {
-            Self::End(e) => e + 1,
-            Self::Within(e) => e,
-        }
-    }
-}
 
 /// A weighted sum of nodes of one interface, or of one section without them: `share` c + R (`arm` + Ψ ε) in the frame of its
 /// site. What pulls at the body pulls at parts.
@@ -92,7 +49,7 @@ impl ChainPart {
 /// A weighted sum of nodes of the whole body.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PartSum {
-    /// What clamped nodes add [m].
+    /// Share of clamped nodes [m].
     pub offset: Vector3<f64>,
     /// Parts, and their weights.
     pub parts: Vec<(u32, f64)>,
@@ -133,7 +90,7 @@ pub struct Chain {
     pub(super) tracker: Registration,
     /// How cable points sink into sections.
     pub(super) sinks: Vec<Sink>,
-    /// What a rotation of one radian counts as in norms: a radius of the body [m].
+    /// Length that a rotation of one radian counts as in norms: a radius of the body [m].
     pub(crate) lever: f64,
     pub(crate) accuracy: Accuracy,
     /// Force below which forces count as none [N].

@@ -6,7 +6,7 @@
 use hysteron_base::{BadInput, MaterialLaw};
 use hysteron_fem::FemModel;
 
-use super::body::Site;
+use super::section::Site;
 use crate::Result;
 
 /// Length of a section over the diameter of the body there [-]: the shorter, the better a cubic energy holds.
@@ -87,7 +87,7 @@ impl Cut {
         Ok(Self { places, sections, n_sections: chosen.len() - 1 })
     }
 
-    /// What a node moves with; `None` where it is held.
+    /// The frame that a node moves with; `None` where it is held.
     pub fn site(&self, node: u32) -> Option<Site> {
         match self.places[node as usize] {
             NodePlace::Held => None,

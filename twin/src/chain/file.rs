@@ -6,8 +6,9 @@ use hysteron_base::{BadInput, file, json};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::body::{Chain, ChainPart, PartSum, Sink, Site, segments};
+use super::body::{Chain, ChainPart, PartSum, Sink, segments};
 use super::cubic::Cubic;
+use super::section::Site;
 use super::section::{Interface, SectionLaw};
 use super::validation::Validation;
 use super::{PADDED, STRAIN, Strain, WARPINGS};
@@ -39,7 +40,7 @@ struct ChainFile {
     interfaces: Vec<[f64; 3]>,
     sections: Vec<SectionEntry>,
     parts: Vec<PartEntry>,
-    /// What carries each point of each cable.
+    /// Parts that carry each point of each cable.
     points: Vec<SumEntry>,
     tip: SumEntry,
     /// Forces on parts [N].

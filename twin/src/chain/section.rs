@@ -180,3 +180,46 @@ fn add(block: &mut BlockVector, force: &Vector3<f64>, moment: &Vector3<f64>) {
         block[3 + c] += moment[c];
     }
 }
+
+/// The frame that a part moves with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Site {
+    /// With the frame of a section's end interface, that of the section's number: its warping is the last part of the section's
+    /// strain.
+    End(usize),
+    /// With the frame of a section.
+    Within(usize),
+}
+
+impl Site {
+    /// The section.
+    pub fn section(self) -> usize {
+        match self {
+            Self::End(e) | Self::Within(e) => e,
+        }
+    }
+
+    /// The strains that it moves with, whole registers of them.
+    pub fn strain(self, strain: &Strain) -> &[f64] {
+        match self {
+            Self::End(_) => &strain[POSE + WARPINGS..],
+            Self::Within(_) => strain,
+        }
+    }
+
+    /// The same, to change.
+    pub fn strain_mut(self, strain: &mut Strain) -> &mut [f64] {
+        match self {
+            Self::End(_) => &mut strain[POSE + WARPINGS..],
+            Self::Within(_) => strain,
+        }
+    }
+
+    /// First interface that moves it, counted from the clamp.
+    pub fn first(self) -> usize {
+        match self {
+            Self::End(e) => e + 1,
+            Self::Within(e) => e,
+        }
+    }
+}

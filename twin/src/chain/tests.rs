@@ -1,4 +1,4 @@
-//! What several tests share, and tests of the whole chain against the finite elements.
+//! Shared parts of tests, and tests of the whole chain against the finite elements.
 
 use hysteron_base::MaterialLaw;
 use hysteron_fem::Order;
