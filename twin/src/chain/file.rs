@@ -8,9 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::body::{Chain, ChainPart, PartSum, Sink, segments};
 use super::cubic::Cubic;
-use super::section::Site;
-use super::section::{Interface, SectionLaw};
-use super::validation::Validation;
+use super::errors::Validation;
+use super::section::{Interface, SectionLaw, Site};
 use super::{PADDED, STRAIN, Strain, WARPINGS};
 use crate::Result;
 use crate::equilibrium_residual::least_force;

@@ -7,7 +7,7 @@
 //!
 //! Files in reading order: `rotation`, `section` (strain, its variations), `cubic`, `band` (the factor), `cut` and `warping` (where
 //! interfaces lie and how they deform), `condense` (the law of a section), `body` (the whole chain), `balance` and `tangent`
-//! (residual of an equilibrium and its derivative), `stepper`, `shape` (as the twin sees it), `validation` (errors against the finite elements), `file`.
+//! (residual of an equilibrium and its derivative), `stepper`, `shape` (as the twin sees it), `errors` and `validation` (against the finite elements), `file`.
 //!
 //! # References
 //! Simo, Vu-Quoc (1986), A three-dimensional finite-strain rod model, part II; Craig, Bampton (1968), Coupling of
@@ -20,6 +20,7 @@ mod body;
 mod condense;
 mod cubic;
 mod cut;
+mod errors;
 mod file;
 mod rotation;
 mod section;
@@ -30,9 +31,10 @@ mod validation;
 mod warping;
 
 pub use body::{Chain, ChainState};
+pub use errors::{ErrorSpread, Validation};
 pub use section::Interface;
 pub use stepper::ChainStepper;
-pub use validation::{ErrorSpread, Validation, ValidationOptions};
+pub use validation::ValidationOptions;
 
 #[cfg(test)]
 mod tests;

@@ -1,11 +1,11 @@
 //! How well a chain follows the finite elements that it was made from: equilibria of both under the same random targets.
 
 use rand::RngExt;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 use super::body::Chain;
+use super::errors::{ErrorSpread, Validation};
 use super::stepper::ChainStepper;
+use crate::coreact::distance;
 use crate::model::{Target, Twin};
 use crate::step::Stepper;
 use crate::{Error, Result};
@@ -26,56 +26,6 @@ pub struct ValidationOptions {
     pub tension: f64,
     /// Seed of the random targets.
     pub seed: u64,
-}
-
-/// Errors of a chain against its finite elements.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Validation {
-    /// Equilibria that were compared.
-    pub count: usize,
-    /// Targets under which the finite elements had no equilibrium, and others under which the chain had none.
-    pub refused: [usize; 2],
-    /// Largest stroke asked for [m].
-    #[serde(rename = "stroke_m")]
-    pub stroke: f64,
-    /// Largest tension of auxiliary tendons asked for [N].
-    #[serde(rename = "tension_n")]
-    pub tension: f64,
-    /// Seed of the targets.
-    pub seed: u64,
-    /// Distance of the tips over the tip's displacement, or over a fortieth of the body's length where it moves less [-].
-    pub tip: ErrorSpread,
-    /// Largest error of a tension over the largest tension, or over a fortieth of the largest of all where that is more [-].
-    pub tensions: ErrorSpread,
-    /// Angle between the rotations of the tip [rad].
-    #[serde(rename = "turn_rad")]
-    pub turn: ErrorSpread,
-    /// Largest strain of a section [-].
-    pub strain: f64,
-}
-
-/// A distribution of errors.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ErrorSpread {
-    /// Half of the errors are below this.
-    pub median: f64,
-    /// 99 of 100 are below this.
-    pub percentile_99: f64,
-    /// Largest error.
-    pub largest: f64,
-}
-
-impl ErrorSpread {
-    fn new(mut errors: Vec<f64>) -> Self {
-        errors.sort_by(f64::total_cmp);
-        let at = |part: f64| {
-            let place = (part * errors.len().saturating_sub(1) as f64).ceil() as usize;
-            errors.get(place).copied().unwrap_or_default()
-        };
-        Self { median: at(0.5), percentile_99: at(0.99), largest: at(1.0) }
-    }
 }
 
 /// How a tendon is driven.
@@ -160,13 +110,12 @@ impl Chain {
 
     fn compare(&self, twin: &Twin, fine: &Stepper, coarse: &ChainStepper) -> Compared {
         let (state, other) = (fine.state(), coarse.state());
-        let apart = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
         let tip = twin.tip_of(state);
         let n = twin.tendons.len();
         let tensions = state.tensions[..n].iter().zip(&other.tensions);
         Compared {
-            tip: apart(tip, self.tip_of(other)),
-            moved: apart(tip, twin.tip_of(&twin.rest())),
+            tip: distance(tip, self.tip_of(other)),
+            moved: distance(tip, twin.tip_of(&twin.rest())),
             tension: tensions.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max),
             strongest: state.tensions[..n].iter().fold(0.0, |max, t| t.abs().max(max)),
             turn: twin.tip_rotation_of(state).angle_to(&self.tip_rotation_of(other)),
