@@ -16,6 +16,13 @@ use crate::elements::{shape_derivatives, shape_values};
 use crate::mesh::Cells;
 use crate::{Embedding, FemModel};
 
+/// Two unit vectors across a unit vector and each other.
+pub fn axes_across(along: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let least = Vector3::ith(along.iamin(), 1.0);
+    let across = along.cross(&least).normalize();
+    [across, along.cross(&across)]
+}
+
 /// A part of the body that acts as one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Anchor {
@@ -27,7 +34,7 @@ pub struct Anchor {
     pub along: [f64; 3],
 }
 
-/// What carries an anchor.
+/// The nodes that carry an anchor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AnchorCarriers {
     /// Nodes and weights; `distance` is zero.
@@ -127,12 +134,10 @@ struct BumpMoments<'a> {
 impl<'a> BumpMoments<'a> {
     fn new(anchor: &'a Anchor, n_nodes: usize) -> Self {
         let along = Vector3::from(anchor.along).normalize();
-        let least = Vector3::ith(along.iamin(), 1.0);
-        let across = along.cross(&least).normalize();
         Self {
             anchor,
             center: anchor.center.into(),
-            across: [across, along.cross(&across)],
+            across: axes_across(&along),
             volume: vec![0.0; n_nodes],
             first: vec![Vector2::zeros(); n_nodes],
             second: Matrix2::zeros(),

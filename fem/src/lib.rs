@@ -36,7 +36,7 @@ mod tube;
 pub mod vectors;
 mod vtk;
 
-pub use anchor::{Anchor, AnchorCarriers};
+pub use anchor::{Anchor, AnchorCarriers, axes_across};
 pub use elements::Tangent;
 pub use embed::Embedding;
 pub use error::{Error, Result};

@@ -1,7 +1,7 @@
 //! Carriers of the points of a tendon: an element, a ring of body points, or an anchor.
 
 use hysteron_base::{BadInput, Tendon};
-use hysteron_fem::{Anchor, Embedding, FemModel};
+use hysteron_fem::{Anchor, Embedding, FemModel, axes_across};
 use nalgebra::Vector3;
 
 use crate::Result;
@@ -77,11 +77,7 @@ fn held(body: &FemModel, point: Embedding) -> Embedding {
 fn carried_by_ring(body: &FemModel, tendon: &Tendon, k: usize, place: &str) -> Result<Embedding> {
     let point = tendon.points[k];
     let along = direction(tendon, k);
-    let (across, other) = {
-        let least = Vector3::ith(along.iamin(), 1.0);
-        let across = along.cross(&least).normalize();
-        (across, along.cross(&across))
-    };
+    let [across, other] = axes_across(&along);
     let mut ring = Embedding { nodes: Vec::new(), weights: Vec::new(), distance: 0.0 };
     for i in 0..RING_POINTS {
         let angle = std::f64::consts::TAU * i as f64 / RING_POINTS as f64;

@@ -113,7 +113,7 @@ impl Cables {
 
     /// Positions of the points of cable `j` when the nodes are at `x` [m].
     pub fn polyline(&self, j: usize, x: &[[f64; 4]]) -> Vec<[f64; 3]> {
-        self.points[self.range(j)].iter().map(|point| point.at(x)).collect()
+        self.points[self.points_of(j)].iter().map(|point| point.at(x)).collect()
     }
 
     /// Scratch for [`Self::measure`].
@@ -125,16 +125,17 @@ impl Cables {
         }
     }
 
-    fn range(&self, j: usize) -> std::ops::Range<usize> {
+    /// Numbers of the points of cable `j` among those of all cables.
+    pub(crate) fn points_of(&self, j: usize) -> std::ops::Range<usize> {
         self.starts[j]..self.starts[j + 1]
     }
 
-    /// Numbers of the points of cable `j` among those of all cables.
-    pub(crate) fn points_of(&self, j: usize) -> std::ops::Range<usize> {
-        self.range(j)
+    /// Length by which cable `j` has been pulled at its end, s + C T [m].
+    pub(crate) fn pulled(&self, shape: &CableShape, j: usize, tensions: &[f64]) -> f64 {
+        shape.strokes[j] + self.stretch(j, tensions)
     }
 
-    /// Maps the carriers of all points, with weights; nothing carries a fixed one.
+    /// Carriers of a point of all, with weights; a fixed one has none.
     pub(crate) fn carriers(&self, point: usize) -> &[(u32, f64)] {
         &self.points[point].carriers
     }
@@ -169,7 +170,7 @@ impl Cables {
             *position = point.at(x);
         }
         for j in 0..self.len() {
-            let range = self.range(j);
+            let range = self.points_of(j);
             shape.gradients[range.clone()].fill([0.0; 3]);
             let mut length = 0.0;
             for p in range.start..range.end - 1 {
@@ -186,7 +187,7 @@ impl Cables {
 
     /// Wrap angle of cable `j` at some of its inner points together [rad].
     pub(crate) fn wrap_angle(&self, shape: &CableShape, j: usize, points: std::ops::Range<usize>) -> f64 {
-        let positions = &shape.positions[self.range(j)];
+        let positions = &shape.positions[self.points_of(j)];
         let angle = |k: usize| {
             let (a, _) = direction(&positions[k - 1], &positions[k]);
             let (b, _) = direction(&positions[k], &positions[k + 1]);
@@ -206,7 +207,7 @@ impl Cables {
 
     /// Adds the forces of cable `j` with a tension [N].
     pub(crate) fn add_forces_of(&self, shape: &CableShape, j: usize, tension: f64, out: &mut [[f64; 4]]) {
-        for p in self.range(j) {
+        for p in self.points_of(j) {
             for &(node, weight) in &self.points[p].carriers {
                 let scale = tension * weight;
                 for c in 0..3 {
@@ -219,7 +220,7 @@ impl Cables {
     /// Row j of J times a displacement of the free unknowns: the change of stroke j.
     pub(crate) fn row_times(&self, shape: &CableShape, j: usize, displacement: &[f64]) -> f64 {
         let mut change = 0.0;
-        for p in self.range(j) {
+        for p in self.points_of(j) {
             for &(node, weight) in &self.points[p].carriers {
                 let first = 3 * node as usize;
                 // Clamped nodes come after the free unknowns and do not move.
@@ -235,7 +236,7 @@ impl Cables {
     /// Writes row j of J as a dense vector of the free unknowns.
     pub(crate) fn row_into(&self, shape: &CableShape, j: usize, row: &mut [f64]) {
         row.fill(0.0);
-        for p in self.range(j) {
+        for p in self.points_of(j) {
             for &(node, weight) in &self.points[p].carriers {
                 let first = 3 * node as usize;
                 if let Some(target) = row.get_mut(first..first + 3) {
@@ -251,7 +252,7 @@ impl Cables {
     pub(crate) fn couplings(&self) -> Vec<Vec<u32>> {
         let mut couplings = Vec::new();
         for j in 0..self.len() {
-            let range = self.range(j);
+            let range = self.points_of(j);
             for p in range.start..range.end - 1 {
                 let pair = self.points[p].coupled.iter().chain(&self.points[p + 1].coupled);
                 couplings.push(pair.map(|(node, _)| *node).collect());
@@ -270,7 +271,7 @@ impl Cables {
         stiffness: &mut Stiffness,
     ) {
         for (j, &tension) in tensions.iter().enumerate() {
-            let range = self.range(j);
+            let range = self.points_of(j);
             for p in range.start..range.end - 1 {
                 let (t, length) = direction(&shape.positions[p], &shape.positions[p + 1]);
                 let across: [[f64; 3]; 3] = std::array::from_fn(|a| {

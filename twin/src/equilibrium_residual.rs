@@ -40,6 +40,20 @@ impl StepTargets {
         }
     }
 
+    /// Replaces all by part `t` of the way between two others, a prescribed tension included; other bounds are those of `to`.
+    pub fn set_part(&mut self, from: &Self, to: &Self, t: f64) {
+        let mix = |a: f64, b: f64| a + t * (b - a);
+        self.load = mix(from.load, to.load);
+        for j in 0..to.strokes.len() {
+            self.strokes[j] = mix(from.strokes[j], to.strokes[j]);
+            (self.lower[j], self.upper[j]) = (to.lower[j], to.upper[j]);
+            if to.is_tension(j) && t < 1.0 {
+                self.lower[j] = mix(from.lower[j], to.lower[j]);
+                self.upper[j] = self.lower[j];
+            }
+        }
+    }
+
     /// Energy of cable `j` that stretches by `compliance` × T, with a missing stroke: the largest
     /// T × `missing` - ½ `compliance` T² over its tensions [J].
     pub fn stroke_penalty(&self, j: usize, stroke_residual: f64, compliance: f64, strongest: f64) -> f64 {

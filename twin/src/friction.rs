@@ -61,7 +61,7 @@ pub(crate) fn commit_slip(
     for (i, slip) in slip.iter_mut().enumerate() {
         let (row, jump) = (first + i, tensions[first + i]);
         if jump == control.lower[row] || jump == control.upper[row] {
-            *slip = shape.strokes[row] + cables.stretch(row, tensions);
+            *slip = cables.pulled(shape, row, tensions);
         }
     }
 }

@@ -340,7 +340,7 @@ fn with_inserts(body: FemModel, mesh: &Mesh, inserts: &[Insert]) -> Result<FemMo
 }
 
 /// Whether a point that these nodes carry can move: clamped nodes come after the free ones.
-pub(crate) fn moves(body: &FemModel, carrier: &Embedding) -> bool {
+fn moves(body: &FemModel, carrier: &Embedding) -> bool {
     let mut carriers = carrier.nodes.iter().zip(&carrier.weights);
     carriers.any(|(node, weight)| (*node as usize) < body.n_free && *weight != 0.0)
 }

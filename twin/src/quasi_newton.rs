@@ -329,7 +329,7 @@ impl QuasiNewton {
         let n_free = self.free_displacement.len() / 3;
         self.predictor.push(|to_strokes, to_point| {
             for (j, stroke) in to_strokes.iter_mut().enumerate() {
-                *stroke = shape.strokes[j] + twin.cables.stretch(j, &state.tensions);
+                *stroke = twin.cables.pulled(shape, j, &state.tensions);
             }
             let (positions, tensions) = to_point.split_at_mut(3 * n_free);
             for (point, node) in positions.as_chunks_mut::<3>().0.iter_mut().zip(&state.positions) {

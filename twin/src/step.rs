@@ -335,18 +335,7 @@ impl Stepper {
         let mut control = self.control.clone();
         while reached < 1.0 {
             let next = (reached + step_length).min(1.0);
-            let mix = |a: f64, b: f64| a + next * (b - a);
-            for j in 0..state.tensions.len() {
-                control.strokes[j] = mix(from.strokes[j], self.control.strokes[j]);
-                if self.control.is_tension(j) && next < 1.0 {
-                    control.lower[j] = mix(from.lower[j], self.control.lower[j]);
-                    control.upper[j] = control.lower[j];
-                } else {
-                    control.lower[j] = self.control.lower[j];
-                    control.upper[j] = self.control.upper[j];
-                }
-            }
-            control.load = mix(from.load, self.control.load);
+            control.set_part(&from, &self.control, next);
             self.saved.clone_from(state);
             report.sub_steps += 1;
             let mut outcome = newton.run(twin, &control, state, &mut self.balance, StepSearch::Full, report);

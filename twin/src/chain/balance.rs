@@ -5,8 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::band::BlockVector;
 use super::body::{Chain, ChainPart, Sink};
-use super::section::Site;
-use super::section::{Interface, StrainedPose};
+use super::section::{Interface, Site, StrainedPose};
 use super::{BLOCK, PADDED, Strain};
 use crate::cable::CableShape;
 use crate::equilibrium_residual::{StepTargets, compare_strokes};

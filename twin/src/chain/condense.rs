@@ -51,6 +51,8 @@ enum InterfaceSide {
 /// The elements of one section.
 struct SectionMesh<'a> {
     model: FemModel,
+    /// The same with the law that is linear: its forces at rest and a displacement are K u.
+    linear: FemModel,
     /// Node of the body of each node, model order of the section.
     nodes: Vec<u32>,
     sides: Vec<InterfaceSide>,
@@ -159,7 +161,9 @@ impl<'a> SectionMesh<'a> {
         let model = FemModel::new(&mesh, body.material.clone(), &clamped)?.with_modulus_ratios(ratios);
         let nodes: Vec<u32> = model.file_node.iter().map(|&file| nodes[file as usize]).collect();
         let sides = nodes.iter().map(|&node| side(node)).collect();
-        Ok(Self { model, nodes, sides, near, far })
+        let mut linear = model.clone();
+        linear.material.law = MaterialLaw::SmallStrain;
+        Ok(Self { model, linear, nodes, sides, near, far })
     }
 
     /// Rest position of a node [m].
@@ -245,14 +249,12 @@ impl<'a> SectionMesh<'a> {
 
     /// Forces on all nodes per strain `k` at rest, K Ψ_k [N].
     fn linear_force(&self, shapes: &[[Strain; 3]], k: usize) -> Vec<[f64; 4]> {
-        let mut model = self.model.clone();
-        model.material.law = MaterialLaw::SmallStrain;
         let moved = |(rest, shape): (&[f64; 4], &[Strain; 3])| {
             [rest[0] + shape[0][k], rest[1] + shape[1][k], rest[2] + shape[2][k], 0.0]
         };
-        let x: Vec<[f64; 4]> = model.rest.iter().zip(shapes).map(moved).collect();
+        let x: Vec<[f64; 4]> = self.linear.rest.iter().zip(shapes).map(moved).collect();
         let mut forces = vec![[0.0; 4]; x.len()];
-        model.internal_force_into(&x, &mut forces);
+        self.linear.internal_force_into(&x, &mut forces);
         forces
     }
 

@@ -47,9 +47,7 @@ impl Chain {
 impl ChainStepper {
     /// The stroke that a servo shows for every tendon [m], as [`Twin::commands_of`].
     pub fn commands(&self, twin: &Twin) -> Vec<f64> {
-        let of =
-            |j: usize| self.stroke(j) + twin.cables.stretch(j, &self.state().tensions) - twin.tendons[j].zero;
-        (0..twin.tendons.len()).map(of).collect()
+        (0..twin.tendons.len()).map(|j| self.pulled(twin, j) - twin.tendons[j].zero).collect()
     }
 }
 
@@ -59,6 +57,8 @@ mod tests {
     use hysteron_fem::Order;
 
     use super::*;
+    use crate::chain::Interface;
+    use crate::coreact::distance;
     use crate::{Target, scenes};
 
     #[test]
@@ -69,7 +69,7 @@ mod tests {
         let twin = Twin::new(&scene, &mesh).expect("a good scene");
         let chain = Chain::new(&twin).expect("a chain");
         let (mut fine, mut coarse) = (crate::Stepper::new(&twin), ChainStepper::new(&twin, &chain));
-        let targets = [2e-3, 0.0, -2e-3, 0.0].map(Target::Stroke);
+        let targets = [3e-3, 0.0, -3e-3, 0.0].map(Target::Stroke);
         for part in [0.25, 0.5, 0.75, 1.0] {
             let targets = targets.map(|target| match target {
                 Target::Stroke(stroke) => Target::Stroke(part * stroke),
@@ -81,17 +81,25 @@ mod tests {
         let mut shown = twin.rest();
         chain.copy_tensions(coarse.state(), &mut shown);
         chain.move_nodes(&twin, coarse.state(), &mut shown);
-        let apart = |a: &[f64; 4], b: &[f64; 4]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
-        let far =
-            |a: &[[f64; 4]], b: &[[f64; 4]]| a.iter().zip(b).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
+        // The mean of an interface has no warping, which pictures leave out.
+        let mean = |positions: &[[f64; 4]], interface: &Interface| -> [f64; 3] {
+            let on = |node: &[f64; 4]| (node[2] - interface.center.z).abs() < 1e-9;
+            let there = twin.body.rest.iter().zip(positions).filter(|(rest, _)| on(rest)).map(|(_, at)| at);
+            let n = there.clone().count() as f64;
+            std::array::from_fn(|c| there.clone().map(|at| at[c]).sum::<f64>() / n)
+        };
+        let far = |a: &[[f64; 4]], b: &[[f64; 4]]| {
+            let apart = |interface| distance(mean(a, interface), mean(b, interface));
+            chain.rest[1..].iter().map(apart).fold(0.0, f64::max)
+        };
         let moved = far(&fine.state().positions, &twin.body.rest);
         let error = far(&fine.state().positions, &shown.positions);
-        // Warping is left out: nodes at which tendons pull on single points sink in by a third of a millimetre.
-        assert!(moved > 4e-3 && error < 0.1 * moved, "{error} of {moved} m");
+        // As in `validation`: what the chain leaves out is of fourth order.
+        assert!(moved > 5e-3 && error < 1e-3 * moved, "{error} of {moved} m");
         for (own, other) in coarse.commands(&twin).iter().zip(twin.commands_of(fine.state())) {
             assert!((own - other).abs() < 1e-2 * 2e-3, "{own} for {other}");
         }
-        assert!((coarse.commands(&twin)[0] - 2e-3).abs() < 1e-6);
+        assert!((coarse.commands(&twin)[0] - 3e-3).abs() < 1e-6);
         assert_eq!(shown.slip.len(), fine.state().slip.len());
     }
 }

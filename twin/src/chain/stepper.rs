@@ -152,6 +152,11 @@ impl ChainStepper {
         self.balance.shape.strokes[j]
     }
 
+    /// Length by which tendon `j` has been pulled at its end at the present equilibrium [m].
+    pub(super) fn pulled(&self, twin: &Twin, j: usize) -> f64 {
+        twin.cables.pulled(&self.balance.shape, j, &self.state.tensions)
+    }
+
     /// Largest strain of a section at the present equilibrium [-], as validations measure it.
     pub fn strain(&self) -> f64 {
         self.balance.strain
@@ -447,7 +452,7 @@ impl ChainStepper {
         let (state, origin, shape, lever) = (&self.state, &self.origin, &self.balance.shape, chain.lever);
         self.predictor.push(|strokes, point| {
             for (j, stroke) in strokes.iter_mut().enumerate() {
-                *stroke = shape.strokes[j] + chain.cables.stretch(j, &state.tensions);
+                *stroke = chain.cables.pulled(shape, j, &state.tensions);
             }
             let (charts, tensions) = point.split_at_mut(BLOCK * origin.len());
             let interfaces = state.interfaces[1..].iter().zip(origin);
@@ -490,13 +495,13 @@ impl ChainStepper {
             if j >= n_tendons {
                 continue;
             }
-            from.strokes[j] = self.balance.shape.strokes[j] + chain.cables.stretch(j, &self.state.tensions);
+            from.strokes[j] = chain.cables.pulled(&self.balance.shape, j, &self.state.tensions);
             (from.lower[j], from.upper[j]) = (self.state.tensions[j], self.state.tensions[j]);
         }
         let (mut reached, mut step_length) = (0.0, 1.0f64);
         while reached < 1.0 {
             let next = (reached + step_length).min(1.0);
-            self.control = part_of(&from, &asked, next);
+            self.control.set_part(&from, &asked, next);
             self.saved.clone_from(&self.state);
             report.sub_steps += 1;
             match self.newton(chain, report) {
@@ -544,19 +549,4 @@ impl ChainStepper {
         }
         Err(Cause::IterationLimit)
     }
-}
-
-/// The targets at part `t` of the way.
-fn part_of(from: &StepTargets, to: &StepTargets, t: f64) -> StepTargets {
-    let mix = |a: f64, b: f64| a + t * (b - a);
-    let mut part = to.clone();
-    part.load = mix(from.load, to.load);
-    for j in 0..to.strokes.len() {
-        part.strokes[j] = mix(from.strokes[j], to.strokes[j]);
-        if to.is_tension(j) && t < 1.0 {
-            part.lower[j] = mix(from.lower[j], to.lower[j]);
-            part.upper[j] = part.lower[j];
-        }
-    }
-    part
 }

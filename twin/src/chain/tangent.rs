@@ -20,8 +20,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::balance::ChainBalance;
 use super::band::{Block, BlockSkyline, BlockVector};
 use super::body::{Chain, ChainPart, PartSum};
-use super::section::Site;
-use super::section::{StrainedPose, head, middle};
+use super::section::{Site, StrainedPose, head, middle};
 use super::{BLOCK, PADDED, POSE, STRAIN, Strain, WARPINGS};
 use crate::cable::direction;
 

@@ -1,7 +1,7 @@
 //! Tendon points that act on the body within a radius.
 
 use hysteron_base::{Insert, MaterialLaw, Region, Scene};
-use hysteron_fem::{Layers, Order, Tube};
+use hysteron_fem::{Layers, Order};
 use hysteron_twin::chain::{Chain, ValidationOptions};
 use hysteron_twin::{Stepper, Target, Twin};
 
@@ -29,16 +29,7 @@ fn twin_of(order: Order, sides: u32, anchor: Option<f64>) -> Twin {
         anchored(&mut scene, radius);
     }
     let height = std::f64::consts::TAU * scenes::OUTER / f64::from(sides);
-    let tube = Tube {
-        profile: vec![[0.0, scenes::OUTER], [scenes::LENGTH, scenes::OUTER]],
-        bore_radius: 0.0025,
-        channels: Vec::new(),
-        outer_divisions: sides,
-        bore_divisions: sides,
-        channel_divisions: 6,
-        layers: Layers::Graded { height, end: 0.5 * height },
-        order,
-    };
+    let tube = scenes::tube_of(sides, Layers::Graded { height, end: 0.5 * height }, order);
     Twin::new(&scene, &tube.with_circle_areas().mesh().unwrap()).unwrap()
 }
 

@@ -1,6 +1,6 @@
 //! Tendon points carried by a ring of body points.
 
-use hysteron_fem::{Layers, Order, Tube};
+use hysteron_fem::{Layers, Order};
 use hysteron_twin::{Stepper, Target, Twin};
 
 use super::scenes;
@@ -13,16 +13,7 @@ fn twin(sides: u32, ring: f64) -> Twin {
     for tendon in &mut scene.tendons {
         tendon.ring = ring;
     }
-    let tube = Tube {
-        profile: vec![[0.0, scenes::OUTER], [scenes::LENGTH, scenes::OUTER]],
-        bore_radius: 0.0025,
-        channels: Vec::new(),
-        outer_divisions: sides,
-        bore_divisions: sides,
-        channel_divisions: 6,
-        layers: Layers::Count(2 * sides),
-        order: Order::Linear,
-    };
+    let tube = scenes::tube_of(sides, Layers::Count(2 * sides), Order::Linear);
     Twin::new(&scene, &tube.mesh().unwrap()).unwrap()
 }
 

@@ -81,14 +81,23 @@ pub fn tube(length: f64, outer: f64, bore: f64, layers: u32, order: Order) -> Me
     let tube = Tube {
         profile: vec![[0.0, outer], [length, outer]],
         bore_radius: bore,
-        channels: Vec::new(),
-        outer_divisions: 8,
-        bore_divisions: 8,
-        channel_divisions: 6,
-        layers: Layers::Count(layers),
-        order,
+        ..tube_of(8, Layers::Count(layers), order)
     };
     tube.mesh().unwrap()
+}
+
+/// The tube of [`robot`] with as many sides outside as inside.
+pub fn tube_of(sides: u32, layers: Layers, order: Order) -> Tube {
+    Tube {
+        profile: vec![[0.0, OUTER], [LENGTH, OUTER]],
+        bore_radius: 0.0025,
+        channels: Vec::new(),
+        outer_divisions: sides,
+        bore_divisions: sides,
+        channel_divisions: 6,
+        layers,
+        order,
+    }
 }
 
 /// A clamped body of TPU without tendons.

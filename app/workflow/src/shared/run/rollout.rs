@@ -152,11 +152,12 @@ pub fn follow(
         };
         run.trace.push(&run.twin, &strokes, tip);
         let is_pictured = series.as_ref().is_some_and(|series| series.has(row));
-        if is_pictured || distance(tip) > largest {
+        let is_farthest = distance(tip) > largest;
+        if is_pictured || is_farthest {
             driver.show(twin, &mut run.twin);
         }
         before.clone_from(&run.twin);
-        if distance(tip) > largest {
+        if is_farthest {
             largest = distance(tip);
             run.farthest.0 = row;
             run.farthest.1.clone_from(&run.twin);
