@@ -5,7 +5,7 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use hysteron_twin::chain::{Chain, ChainStepper};
+use hysteron_twin::chain::Chain;
 use hysteron_twin::{Target, Twin};
 
 use crate::drive::N_RAMP;
@@ -65,12 +65,11 @@ pub fn rows(
     let mut rows = Vec::new();
     for ChainDrive { name, twin, targets, speed } in drives {
         let start = Instant::now();
-        let chain = Chain::new(twin)?;
+        let reduced = twin.clone().with_chain(Chain::new(twin)?);
         let making = start.elapsed().as_secs_f64();
         let (mut chains, mut meshes) = (Vec::new(), Vec::new());
         for repetition in 0..repetitions {
-            let mut stepper = ChainStepper::new(twin, &chain);
-            let run = StepCost::of(targets, N_RAMP, |targets| stepper.step(twin, &chain, targets))?;
+            let run = StepCost::new(&reduced, targets, N_RAMP)?;
             println!("{:2}  chain, {name:33} {:7.0} steps/s", repetition + 1, run.rate());
             *worst = (worst.0.max(run.worst_residual), worst.1.max(run.worst_stroke_error));
             chains.push(run);

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use hysteron_base::Scene;
-use hysteron_twin::fit::{FitParameter, MaterialOptions, Stepping, TipFrame, fit_material, select};
+use hysteron_twin::fit::{FitBody, FitParameter, MaterialOptions, Stepping, TipFrame, fit_material, select};
 use hysteron_twin::{RobotMotion, Twin};
 
 use crate::coreact::recorded;
@@ -43,7 +43,7 @@ pub fn rows(n: usize) -> Result<Vec<TableRow>> {
         watch: &|_| true,
     };
     let (start, before) = (Instant::now(), processor_seconds());
-    let found = fit_material(&scene, &mesh, &motions, &selected, &options)?;
+    let found = fit_material(&scene, FitBody { mesh: &mesh, chain: None }, &motions, &selected, &options)?;
     let (seconds, after) = (start.elapsed().as_secs_f64(), processor_seconds());
     let name = format!("fit of a scene, four parameters, three recordings of {n} samples");
     let mut row = TableRow::new(name, seconds, "s").goal(FigureTarget::AtMost(LONGEST));

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use hysteron_twin::{StepReport, Stepper, Target, Twin};
+use hysteron_twin::{Stepper, Target, Twin};
 
 /// Cost and convergence of a run of steps.
 #[derive(Debug, Clone, Default)]
@@ -30,22 +30,10 @@ impl StepCost {
     /// A step fails.
     pub fn new(twin: &Twin, targets: &[Vec<Target>], n_skipped: usize) -> hysteron_twin::Result<Self> {
         let mut stepper = Stepper::new(twin);
-        Self::of(targets, n_skipped, |targets| stepper.step(twin, targets))
-    }
-
-    /// `step` called with each of `targets`; the first `n_skipped` are not measured.
-    ///
-    /// # Errors
-    /// A step fails.
-    pub fn of(
-        targets: &[Vec<Target>],
-        n_skipped: usize,
-        mut step: impl FnMut(&[Target]) -> hysteron_twin::Result<StepReport>,
-    ) -> hysteron_twin::Result<Self> {
         let mut run = Self { seconds: Vec::with_capacity(targets.len()), ..Self::default() };
         for (k, targets) in targets.iter().enumerate() {
             let start = Instant::now();
-            let report = step(targets)?;
+            let report = stepper.step(twin, targets)?;
             let seconds = start.elapsed().as_secs_f64();
             if k < n_skipped {
                 continue;

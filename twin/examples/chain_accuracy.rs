@@ -10,8 +10,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use hysteron_base::Scene;
-use hysteron_twin::chain::{Chain, ChainStepper, ErrorSpread, ValidationOptions};
-use hysteron_twin::{Accuracy, Result, StepReport, Stepper, Target, Twin};
+use hysteron_twin::chain::{Chain, ErrorSpread, ValidationOptions};
+use hysteron_twin::{Accuracy, Result, Stepper, Target, Twin};
 
 /// Radius and step of the circle [m].
 const RADIUS: f64 = 5e-3;
@@ -59,10 +59,8 @@ fn main() -> Result<()> {
         );
     }
     let steps = number(4, 1500.0) as usize;
-    let mut coarse = ChainStepper::new(&twin, &chain);
-    time("chain", &twin, steps, |targets| coarse.step(&twin, &chain, targets))?;
-    let mut fine = Stepper::new(&twin);
-    time("mesh", &twin, steps, |targets| fine.step(&twin, targets))
+    time("chain", &twin.clone().with_chain(chain), steps)?;
+    time("mesh", &twin, steps)
 }
 
 /// Strokes of the circle's step `k`: the tendons across let as much as others pull.
@@ -84,18 +82,14 @@ fn circle(twin: &Twin, k: usize) -> Vec<Target> {
 }
 
 /// Prints steps per second.
-fn time(
-    name: &str,
-    twin: &Twin,
-    steps: usize,
-    mut step: impl FnMut(&[Target]) -> Result<StepReport>,
-) -> Result<()> {
+fn time(name: &str, twin: &Twin, steps: usize) -> Result<()> {
+    let mut stepper = Stepper::new(twin);
     let (mut iterations, mut factors) = (0, 0);
     let mut times = Vec::with_capacity(steps);
     for k in 0..WARM + steps {
         let targets = circle(twin, k);
         let begun = Instant::now();
-        let report = step(&targets)?;
+        let report = stepper.step(twin, &targets)?;
         if k >= WARM {
             times.push(1e6 * begun.elapsed().as_secs_f64());
             iterations += report.iterations;

@@ -260,4 +260,28 @@ mod tests {
         let error = error(&mut stepper, &twin, &strokes);
         assert!(error < EXACT, "{error:.1e}");
     }
+
+    #[test]
+    fn derivatives_of_a_chain_are_those_of_its_tip() {
+        let (mut scene, mesh) =
+            scenes::robot_with(hysteron_base::MaterialLaw::Corotational, hysteron_fem::Order::Linear, 24);
+        scene.tracker.turn = [0.1, -0.2, 0.3];
+        scene.tendons.iter_mut().for_each(|tendon| tendon.compliance = 2e-4);
+        for friction in [None, Some(scenes::STUCK)] {
+            scene.friction = friction;
+            let twin = Twin::new(&scene, &mesh).expect("a good scene");
+            let chain = crate::chain::Chain::new(&twin).expect("a chain");
+            let twin = twin.with_chain(chain);
+            let mut stepper = Stepper::new(&twin);
+            let mut strokes = Vec::new();
+            for k in 1..=20 {
+                strokes = [3e-3, 1e-3, -2e-3, 1e-3].map(|stroke| f64::from(k) / 20.0 * stroke).to_vec();
+                stepper.step(&twin, &targets(&strokes)).expect("an equilibrium");
+            }
+            strokes.iter_mut().for_each(|stroke| *stroke -= 3e-5);
+            stepper.step(&twin, &targets(&strokes)).expect("an equilibrium");
+            let error = error(&mut stepper, &twin, &strokes);
+            assert!(error < EXACT, "{error:.1e}");
+        }
+    }
 }

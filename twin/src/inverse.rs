@@ -9,10 +9,10 @@
 use hysteron_base::BadInput;
 
 use crate::model::{Target, Twin};
-use crate::projection::Projection;
 use crate::report::StepReport;
-use crate::step::{Stepper, check_targets};
-use crate::{Cause, Error, Result, TwinState};
+use crate::solver::{TensionResponse, singular};
+use crate::stepper::{Stepper, check_targets};
+use crate::{Error, Result, TwinState};
 use hysteron_fit::qp::{QpStatus, RowQp, solve_rows};
 
 /// Goal of the tip, and its tolerance.
@@ -74,16 +74,8 @@ impl Stepper {
         check_targets(twin, targets)?;
         let mut commands = self.held_strokes(twin, targets);
         let mut step = self.step(twin, &commands)?;
-        let Some(projection) = self.projection(twin) else {
-            let hint = "the body has no positive definite stiffness here".into();
-            return Err(Error::NoEquilibrium {
-                reached: 1.0,
-                relative_residual: step.relative_residual,
-                cause: Cause::NoFactor,
-                hint,
-            });
-        };
-        let mut problem = EffectorQp::new(twin, projection);
+        let response = self.response(twin).ok_or_else(|| singular(step.relative_residual))?;
+        let mut problem = EffectorQp::new(twin, response);
         let mut error = distance(goal, twin, self.state());
         let (mut rounds, mut slow_rounds) = (0, 0);
         while error > goal.tolerance && rounds < MAX_ROUNDS {
@@ -156,10 +148,10 @@ struct EffectorQp {
 }
 
 impl EffectorQp {
-    fn new(twin: &Twin, projection: &Projection) -> Self {
+    fn new(twin: &Twin, response: TensionResponse) -> Self {
         Self {
-            delassus: projection.delassus.clone(),
-            tip_rows: twin.tip_displacement_rows(projection),
+            delassus: response.delassus,
+            tip_rows: response.tip,
             length: LONGEST_STROKE * twin.cables.rest_lengths.iter().copied().fold(f64::INFINITY, f64::min),
         }
     }

@@ -1,12 +1,17 @@
 //! The twin of one robot: body, cables, loads and tip. Never changes.
 
+use std::borrow::Cow;
+use std::sync::Arc;
+
 use hysteron_base::{BadInput, Bounds, Insert, PrescribedQuantity, Region, Scene, TipDefinition};
 use hysteron_fem::{Embedding, FemModel, Mesh, MeshQuality};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::Result;
 use crate::attachment::{carried, carried_tendon_point, shown_mm};
+use crate::body_shape::BodyShape;
 use crate::cable::{CablePoint, Cables};
+use crate::chain::Chain;
 use crate::friction_points::{FrictionPoint, friction_points, set_compliance};
 use crate::layout::auxiliary_tendons;
 use crate::registration::Registration;
@@ -119,10 +124,14 @@ impl Couple {
     }
 }
 
-/// The finite-element twin of one robot.
+/// The twin of one robot.
 #[derive(Debug, Clone)]
 pub struct Twin {
-    /// The body.
+    /// The chain that moves in place of the body, if any.
+    pub chain: Option<Arc<Chain>>,
+    /// What a chain depends on.
+    pub(crate) shape: BodyShape,
+    /// The finite elements.
     pub body: FemModel,
     /// Tendons: `n_primary` real ones first, then the auxiliary ones.
     pub tendons: Vec<TwinTendon>,
@@ -136,9 +145,11 @@ pub struct Twin {
     pub n_primary: usize,
     /// Fastest that an identified stroke of an auxiliary tendon may change [m/s]; infinite without a limit.
     pub auxiliary_rate: f64,
+    /// Acceleration of gravity, whose forces the loads contain [m/s²].
+    pub gravity: [f64; 3],
     /// Constant loads on the nodes [N], model order.
     pub loads: Vec<[f64; 4]>,
-    /// Moments on the body, in addition to the loads; a scene has none.
+    /// Moments on the finite elements, in addition to the loads; a scene has none, and a chain takes none.
     pub couples: Vec<Couple>,
     /// The tip, as weighted nodes.
     pub tip: Embedding,
@@ -149,15 +160,31 @@ pub struct Twin {
 }
 
 impl Twin {
-    /// Reads the scene's mesh and builds its twin.
+    /// Reads the scene's mesh and builds its twin, with the chain of the scene if it names one.
     ///
     /// # Errors
-    /// Everything that is wrong with the mesh, the clamp, a tendon point or the tip.
+    /// Everything that is wrong with the mesh, the clamp, a tendon point, the tip or the chain.
     pub fn from_scene(scene: &Scene) -> Result<Self> {
-        Self::new(scene, &read_body(scene)?.0)
+        Self::new(scene, &read_body(scene)?.0)?.with_body_of(scene)
     }
 
-    /// Builds the twin of `scene` on a mesh already read.
+    /// The same robot, moved by the chain that its scene names, if it names one.
+    ///
+    /// # Errors
+    /// A chain that cannot be read, or of another body.
+    pub fn with_body_of(self, scene: &Scene) -> Result<Self> {
+        match &scene.reduced_path {
+            Some(path) => Chain::read(path, &self).map(|chain| self.with_chain(chain)),
+            None => Ok(self),
+        }
+    }
+
+    /// The same robot, moved by a chain that was made or read for it.
+    pub fn with_chain(self, chain: Chain) -> Self {
+        Self { chain: Some(Arc::new(chain)), ..self }
+    }
+
+    /// Builds the twin of `scene` on a mesh already read, of finite elements.
     ///
     /// # Errors
     /// As [`Self::from_scene`].
@@ -237,6 +264,8 @@ impl Twin {
             zero: tendon.zero,
         });
         Ok(Self {
+            chain: None,
+            shape: BodyShape::new(scene, mesh),
             body,
             tendons: specs.collect(),
             cables,
@@ -244,6 +273,7 @@ impl Twin {
             backlash: scene.friction.map_or(0.0, |friction| friction.backlash),
             n_primary,
             auxiliary_rate: scene.auxiliary.as_ref().map_or(f64::INFINITY, |layout| layout.stroke_rate),
+            gravity: scene.gravity,
             loads,
             couples: Vec::new(),
             tip,
@@ -252,10 +282,15 @@ impl Twin {
         })
     }
 
-    /// The unloaded body: every node at rest, no tension, no load applied yet.
+    /// The unloaded body: at rest, no tension, no load applied yet.
     pub fn rest(&self) -> TwinState {
+        let (positions, interfaces) = match &self.chain {
+            Some(chain) => (Vec::new(), chain.rest.clone()),
+            None => (self.body.rest.clone(), Vec::new()),
+        };
         TwinState {
-            positions: self.body.rest.clone(),
+            positions,
+            interfaces,
             tensions: vec![0.0; self.cables.len()],
             load: 0.0,
             slip: vec![0.0; self.friction.len()],
@@ -271,10 +306,25 @@ impl Twin {
     /// Stroke of every tendon [m]: how much shorter its way through the body has become. Geometry alone, without the
     /// tendon's stretch and zero.
     pub fn strokes_of(&self, state: &TwinState) -> Vec<f64> {
-        let mut shape = self.cables.shape();
-        self.cables.measure(&state.positions, &mut shape);
-        shape.strokes.truncate(self.tendons.len());
-        shape.strokes
+        let mut strokes = match &self.chain {
+            Some(chain) => chain.shape_of(state).strokes,
+            None => {
+                let mut shape = self.cables.shape();
+                self.cables.measure(&state.positions, &mut shape);
+                shape.strokes
+            }
+        };
+        strokes.truncate(self.tendons.len());
+        strokes
+    }
+
+    /// Positions of the nodes [m], model order, padded. Those of a chain move with the frames of its interfaces, without their
+    /// warping: for pictures, not for forces.
+    pub fn nodes_of<'a>(&self, state: &'a TwinState) -> Cow<'a, [[f64; 4]]> {
+        match &self.chain {
+            Some(chain) => Cow::Owned(chain.nodes_of(&self.body, state)),
+            None => Cow::Borrowed(&state.positions),
+        }
     }
 
     /// Tension of tendon `j` at its pulled end, and behind each of its friction points [N].

@@ -5,7 +5,7 @@ use hysteron_base::{BadInput, PrescribedQuantity, Recording};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::model::{Target, Twin, TwinTendon};
-use crate::step::Stepper;
+use crate::stepper::Stepper;
 use crate::{Error, Result};
 
 type Check<T> = std::result::Result<T, BadInput>;

@@ -26,6 +26,7 @@ use crate::gmres::gmres;
 use crate::model::Twin;
 use crate::projection::Projection;
 use crate::report::StepReport;
+use crate::solver::Stuck;
 use crate::state::TwinState;
 use crate::tensions::TensionStep;
 use hysteron_fit::qp::QpSolver;
@@ -77,14 +78,6 @@ pub(crate) enum StepSearch {
     Damped,
 }
 
-/// Where the iteration ended without an equilibrium.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct NewtonFailure {
-    /// Norm of the residual over that of the applied forces [-].
-    pub relative_residual: f64,
-    pub cause: Cause,
-}
-
 impl Newton {
     pub fn new(twin: &Twin) -> Self {
         let pattern = Arc::new(twin.body.stiffness_pattern(&twin.cables.couplings()));
@@ -119,7 +112,7 @@ impl Newton {
         balance: &mut EquilibriumResidual,
         search: StepSearch,
         report: &mut StepReport,
-    ) -> Result<(), NewtonFailure> {
+    ) -> Result<(), Stuck> {
         let most = if search == StepSearch::Full { MAX_FULL_STEPS } else { MAX_ITERATIONS };
         for j in 0..state.tensions.len() {
             state.tensions[j] = state.tensions[j].clamp(control.lower[j], control.upper[j]);
@@ -144,7 +137,7 @@ impl Newton {
             self.inverted = twin.body.first_inverted(&state.positions).map(|(element, _)| element);
         }
         let cause = self.inverted.map_or(ended, |element| Cause::Inverted { element });
-        Err(NewtonFailure { relative_residual: balance.relative, cause })
+        Err(Stuck { relative_residual: balance.relative, cause })
     }
 
     /// One Newton iteration.

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use crate::friction_points::FrictionPoints;
 use crate::model::{Target, Twin};
 use crate::report::StepReport;
-use crate::step::Stepper;
+use crate::stepper::Stepper;
 use crate::tip::TipResponse;
 use crate::{Result, TwinState};
 

@@ -4,7 +4,7 @@ use hysteron_base::parallel;
 
 use crate::model::{Target, Twin};
 use crate::report::StepReport;
-use crate::step::Stepper;
+use crate::stepper::Stepper;
 use crate::{Result, TwinState};
 
 /// The answer to a command sequence: one entry per sample.

@@ -3,10 +3,12 @@
 use std::path::Path;
 
 use hysteron_base::{BadInput, file, json};
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::Result;
+use crate::chain::{Interface, WARPINGS};
 use crate::model::Twin;
 use crate::state::TwinState;
 
@@ -15,7 +17,7 @@ const VERSION: u32 = 3;
 /// Stands for the checksum while it is computed.
 const NO_CHECKSUM: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
-/// First line of a state file; positions, tensions, slides and plays follow as little-endian `f64`.
+/// First line of a state file; positions of nodes, interfaces, tensions, slides and plays follow as little-endian `f64`.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StateHeader {
@@ -23,6 +25,8 @@ struct StateHeader {
     version: u32,
     scene_hash: String,
     n_nodes: usize,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    n_interfaces: usize,
     n_tendons: usize,
     load: f64,
     n_memory: usize,
@@ -32,8 +36,16 @@ struct StateHeader {
     sha256: String,
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref)] // as serde calls it
+fn is_zero(n: &usize) -> bool {
+    *n == 0
+}
+
+/// Numbers of an interface: its centre, its rotation by columns, its warping.
+const OF_INTERFACE: usize = 3 + 9 + WARPINGS;
+
 impl TwinState {
-    /// Saves the state: a line of JSON with a checksum, then positions (file order), tensions and memory, all bits
+    /// Saves the state: a line of JSON with a checksum, then positions (file order) or interfaces, tensions and memory, all bits
     /// kept.
     /// `command` is what made it.
     ///
@@ -45,15 +57,23 @@ impl TwinState {
             version: VERSION,
             scene_hash: scene_hash.into(),
             n_nodes: self.positions.len(),
+            n_interfaces: self.interfaces.len(),
             n_tendons: self.tensions.len(),
             load: self.load,
             n_memory: self.slip.len() + self.backlash.len(),
             command: command.into(),
             sha256: NO_CHECKSUM.into(),
         };
-        let positions = twin.body.in_file_order(&self.positions);
+        let positions = match &twin.chain {
+            Some(_) => Vec::new(),
+            None => twin.body.in_file_order(&self.positions),
+        };
+        let interfaces = self.interfaces.iter().flat_map(|interface| {
+            let Interface { center, rotation, warping } = interface;
+            center.iter().chain(rotation).chain(warping)
+        });
         let memory = self.slip.iter().chain(&self.backlash);
-        let numbers = positions.as_flattened().iter().chain(&self.tensions).chain(memory);
+        let numbers = positions.as_flattened().iter().chain(interfaces).chain(&self.tensions).chain(memory);
         let mut bytes = json!(header).to_string().into_bytes();
         bytes.push(b'\n');
         bytes.extend(numbers.flat_map(|number| number.to_le_bytes()));
@@ -70,9 +90,12 @@ impl TwinState {
     /// Another format, version, scene or size; a truncated or damaged file; a load outside 0 to 1; a number that is
     /// not finite.
     pub fn read(path: &Path, twin: &Twin, scene_hash: &str) -> Result<Self> {
-        let (n_nodes, n_tendons) = (twin.body.n_nodes(), twin.cables.len());
+        let rest = twin.rest();
+        let (n_nodes, n_interfaces) = (rest.positions.len(), rest.interfaces.len());
         let n_memory = twin.friction.len() + twin.n_backlash();
-        let n_bytes = 8 * (3 * n_nodes + n_tendons + n_memory);
+        let expected = [n_nodes, n_interfaces, twin.cables.len(), n_memory];
+        let n_configuration = 3 * n_nodes + OF_INTERFACE * n_interfaces;
+        let n_bytes = 8 * (n_configuration + twin.cables.len() + n_memory);
         let mut bytes = file::read_bytes(path)?;
         let bad = |what: &str, expected: String, found: String| {
             BadInput::new(format!("{}: {what}", path.display()), expected, found)
@@ -103,12 +126,17 @@ impl TwinState {
         let body = bytes.get(end + 1..).unwrap_or_default();
         let numbers: Vec<f64> =
             body.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
-        let found = (header.n_nodes, header.n_tendons, header.n_memory);
-        if found != (n_nodes, n_tendons, n_memory) || body.len() != n_bytes {
-            let expected =
-                format!("{n_nodes} nodes, {n_tendons} tensions and {n_memory} numbers of the friction state");
-            let found = format!("{}, {} and {} in {} bytes", found.0, found.1, found.2, body.len());
-            return Err(bad("size", expected, found).hint("the file may be truncated").into());
+        let found = [header.n_nodes, header.n_interfaces, header.n_tendons, header.n_memory];
+        if found != expected || body.len() != n_bytes {
+            let text = |[nodes, interfaces, tensions, memory]: [usize; 4]| {
+                let configuration = match interfaces {
+                    0 => format!("{nodes} nodes"),
+                    _ => format!("{interfaces} interfaces"),
+                };
+                format!("{configuration}, {tensions} tensions and {memory} numbers of the friction state")
+            };
+            let found = format!("{} in {} bytes", text(found), body.len());
+            return Err(bad("size", text(expected), found).hint("the file may be truncated").into());
         }
         if let Some(at) = numbers.iter().position(|number| !number.is_finite()) {
             return Err(bad("numbers", "finite numbers".into(), format!("{} at {at}", numbers[at])).into());
@@ -117,21 +145,36 @@ impl TwinState {
         clear_checksum(&mut bytes, &header.sha256).map_err(|found| {
             bad("sha256", header.sha256.clone(), found).hint("the file was damaged or edited")
         })?;
-        let (positions, others) = numbers.split_at(3 * n_nodes);
-        let (tensions, memory) = others.split_at(n_tendons);
+        let (configuration, others) = numbers.split_at(n_configuration);
+        let (tensions, memory) = others.split_at(twin.cables.len());
         let (slip, backlash) = memory.split_at(twin.friction.len());
         let place = |&file: &u32| {
-            let [x, y, z] = positions.as_chunks::<3>().0[file as usize];
+            let [x, y, z] = configuration.as_chunks::<3>().0[file as usize];
             [x, y, z, 0.0]
         };
+        let has_nodes = n_interfaces == 0;
         Ok(Self {
-            positions: twin.body.file_node.iter().map(place).collect(),
+            positions: twin.body.file_node.iter().filter(|_| has_nodes).map(place).collect(),
+            interfaces: configuration.chunks_exact(OF_INTERFACE).take(n_interfaces).map(interface).collect(),
             tensions: tensions.to_vec(),
             load: header.load,
             slip: slip.to_vec(),
             backlash: backlash.to_vec(),
         })
     }
+}
+
+/// From its numbers.
+fn interface(numbers: &[f64]) -> Interface {
+    let (center, rest) = numbers.split_at(3);
+    let (rotation, warping) = rest.split_at(9);
+    let mut interface = Interface {
+        center: Vector3::from_column_slice(center),
+        rotation: Matrix3::from_column_slice(rotation),
+        warping: [0.0; WARPINGS],
+    };
+    interface.warping.copy_from_slice(warping);
+    interface
 }
 
 /// Offset of the checksum in the first line.

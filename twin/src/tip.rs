@@ -20,15 +20,24 @@ pub struct TipResponse {
 impl Twin {
     /// Position of the tip, in the frame in which it is recorded [m].
     pub fn tip_of(&self, state: &TwinState) -> [f64; 3] {
-        self.tracker.point(self.tip.at(&state.positions))
+        let at = match &self.chain {
+            Some(chain) => chain.tip_of(state),
+            None => self.tip.at(&state.positions),
+        };
+        self.tracker.point(at)
     }
 
     /// Rotation of the tip since rest, in the frame in which it is recorded: the one that brings its nodes' arms
-    /// closest to what they are now (least squares).
+    /// closest to what they are now (least squares); of a chain that of its last interface.
     pub fn tip_rotation_of(&self, state: &TwinState) -> UnitQuaternion<f64> {
-        let (rest, now) = (self.tip_arms(&self.body.rest), self.tip_arms(&state.positions));
-        let covariance: Matrix3<f64> = rest.iter().zip(&now).map(|(rest, now)| now * rest.transpose()).sum();
-        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(nearest_rotation(&covariance)))
+        let rotation = match state.interfaces.last() {
+            Some(last) => self.tracker.turn * last.rotation * self.tracker.turn.transpose(),
+            None => {
+                let (rest, now) = (self.tip_arms(&self.body.rest), self.tip_arms(&state.positions));
+                nearest_rotation(&rest.iter().zip(&now).map(|(rest, now)| now * rest.transpose()).sum())
+            }
+        };
+        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation))
     }
 
     /// From the tip to each of its nodes, as recorded [m].

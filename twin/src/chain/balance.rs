@@ -296,6 +296,11 @@ impl ChainBalance {
             compare_strokes(&chain.cables, control, &self.shape, tensions, &mut self.stroke_residual);
     }
 
+    /// True where forces and strokes meet the accuracy asked for.
+    pub fn is_met(&self, chain: &Chain) -> bool {
+        self.relative <= chain.accuracy.relative_residual && self.violation <= chain.accuracy.stroke
+    }
+
     /// True when all numbers are finite.
     pub fn is_finite(&self) -> bool {
         self.relative.is_finite() && !self.violation.is_nan()

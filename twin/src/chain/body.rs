@@ -1,9 +1,11 @@
 //! A body as a chain of condensed sections, and everything that acts on it: cables, loads, the tip.
 
 use hysteron_base::lanes::Isa;
+use hysteron_base::{BadInput, Material};
 use hysteron_fem::FemModel;
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::band::BlockVector;
 use super::condense::{Condensed, condense};
@@ -14,6 +16,7 @@ use super::section::{Interface, SectionLaw, Site, StrainedPose};
 use super::warping::{interfaces, rest};
 use super::{PADDED, POSE, Strain, WARPINGS};
 use crate::Result;
+use crate::body_shape::BodyShape;
 use crate::cable::Cables;
 use crate::equilibrium_residual::least_force;
 use crate::model::{Accuracy, Twin};
@@ -47,7 +50,7 @@ impl ChainPart {
 }
 
 /// A weighted sum of nodes of the whole body.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct PartSum {
     /// Share of clamped nodes [m].
     pub offset: Vector3<f64>,
@@ -79,41 +82,51 @@ pub struct Chain {
     pub rest: Vec<Interface>,
     pub(crate) laws: Vec<SectionLaw>,
     pub(crate) parts: Vec<ChainPart>,
-    /// The twin's cables, carried by parts.
-    pub(crate) cables: Cables,
-    pub(super) n_friction: usize,
-    pub(super) n_backlash: usize,
-    pub(crate) segments: Vec<CableSegment>,
-    /// Constant forces on parts [N].
-    pub(crate) loads: Vec<(u32, [f64; 3])>,
+    /// What carries each point of each tendon, auxiliary ones included.
+    pub(super) points: Vec<Vec<PartSum>>,
     pub(super) tip: PartSum,
-    pub(super) tracker: Registration,
+    /// Parts that are the masses of sections and interfaces: their shares are in kilograms.
+    pub(super) masses: Vec<u32>,
+    /// Constant forces on parts besides gravity [N].
+    pub(super) forces: Vec<(u32, [f64; 3])>,
     /// How cable points sink into sections.
     pub(super) sinks: Vec<Sink>,
+    /// What the body was.
+    pub(super) shape: BodyShape,
+    /// Young's modulus [Pa] and density [kg/m³] that laws, sinks and masses are for.
+    pub(super) material: ScaledBy,
     /// Length that a rotation of one radian counts as in norms: a radius of the body [m].
     pub(crate) lever: f64,
-    pub(crate) accuracy: Accuracy,
-    /// Force below which forces count as none [N].
-    pub(crate) least_force: f64,
     /// Largest asymmetry that the differences of the sections' forces have shown [-]: the accuracy of their cubic terms.
     pub asymmetry: f64,
     /// Errors against the finite elements; `None` until measured.
     pub validation: Option<Validation>,
+    // What a twin adds.
+    /// The twin's cables, carried by parts.
+    pub(crate) cables: Cables,
+    pub(crate) segments: Vec<CableSegment>,
+    /// All constant forces on parts [N].
+    pub(crate) loads: Vec<(u32, [f64; 3])>,
+    pub(super) tracker: Registration,
+    pub(crate) accuracy: Accuracy,
+    /// Force below which forces count as none [N].
+    pub(crate) least_force: f64,
 }
 
-/// A configuration of a chain.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct ChainState {
-    /// Every interface, the clamped one first.
-    pub interfaces: Vec<Interface>,
-    /// Tension of each cable [N].
-    pub tensions: Vec<f64>,
-    /// Part of the constant loads that is applied.
-    pub load: f64,
-    /// Length of tendon that has slid past each friction point, where it stuck last [m].
-    pub slip: Vec<f64>,
-    /// Stroke behind the backlash of each real tendon [m]; empty without backlash.
-    pub backlash: Vec<f64>,
+/// Properties of a material that forces are proportional to.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ScaledBy {
+    /// Young's modulus [Pa].
+    pub youngs_modulus: f64,
+    /// Density [kg/m³].
+    pub density: f64,
+}
+
+impl ScaledBy {
+    fn of(material: &Material) -> Self {
+        Self { youngs_modulus: material.youngs_modulus, density: material.density }
+    }
 }
 
 /// Adds parts as they are asked for.
@@ -148,8 +161,9 @@ impl Chain {
         let mut parts =
             PartCollector { body, cut: &cut, sections: &sections, parts: Vec::new(), carriers: Vec::new() };
         let mut known: Vec<(Vec<(u32, f64)>, PartSum)> = Vec::new();
-        let cables = twin.cables.carried_by(|offset, carriers| {
-            let sum = match known.iter().find(|(same, _)| same == carriers) {
+        let mut sum = |point: usize| {
+            let carriers = twin.cables.carriers(point);
+            let mut sum = match known.iter().find(|(same, _)| same == carriers) {
                 Some((_, sum)) => sum.clone(),
                 None => {
                     let sum = parts.sum(carriers);
@@ -157,38 +171,106 @@ impl Chain {
                     sum
                 }
             };
-            ((sum.offset + Vector3::from(offset)).into(), sum.parts)
-        });
+            sum.offset += Vector3::from(twin.cables.offset(point));
+            sum
+        };
+        let points = (0..twin.tendons.len()).map(|j| twin.cables.points_of(j).map(&mut sum).collect());
+        let points: Vec<Vec<PartSum>> = points.collect();
         let n_carrying = parts.parts.len();
         let tip: Vec<(u32, f64)> =
             twin.tip.nodes.iter().copied().zip(twin.tip.weights.iter().copied()).collect();
         let tip = parts.sum(&tip);
-        let loads = parts.loads(&twin.loads);
+        let masses = parts.masses();
+        let forces = parts.forces(&forces_besides_gravity(twin));
         let asymmetry = sections.iter().map(|section| section.asymmetry).fold(0.0, f64::max);
         let PartCollector { parts, carriers, .. } = parts;
         let sinks = sinks(&mut sections, &parts[..n_carrying], &carriers);
         let volume: f64 = body.nodal_volumes.iter().sum();
         let length = interfaces.windows(2).map(|pair| (pair[1].center - pair[0].center).norm()).sum::<f64>();
         let at_rest = |center| Interface { center, rotation: Matrix3::identity(), warping: [0.0; WARPINGS] };
-        Ok(Self {
+        let chain = Self {
             isa: body.isa,
             rest: interfaces.iter().map(|interface| at_rest(interface.center)).collect(),
-            n_friction: twin.friction.len(),
-            n_backlash: twin.n_backlash(),
-            segments: segments(&cables),
-            cables,
-            loads,
-            tip,
-            parts,
             laws: sections.into_iter().map(|section| section.law).collect(),
-            lever: (volume / length / std::f64::consts::PI).sqrt(),
-            least_force: least_force(twin),
-            accuracy: twin.accuracy,
-            tracker: twin.tracker,
+            parts,
+            points,
+            tip,
+            masses,
+            forces,
             sinks,
+            shape: twin.shape.clone(),
+            material: ScaledBy::of(&body.material),
+            lever: (volume / length / std::f64::consts::PI).sqrt(),
             asymmetry,
             validation: None,
-        })
+            cables: twin.cables.clone(),
+            segments: Vec::new(),
+            loads: Vec::new(),
+            tracker: twin.tracker,
+            accuracy: twin.accuracy,
+            least_force: least_force(twin),
+        };
+        Ok(chain.bound(twin))
+    }
+
+    /// The chain of the same body in another twin: with other stiffness, density, gravity, tendon drives, friction or frame of
+    /// the tracker, or without auxiliary tendons.
+    ///
+    /// # Errors
+    /// A twin of another body.
+    pub fn of(&self, twin: &Twin) -> Result<Self> {
+        self.check(twin)?;
+        Ok(self.clone().bound(twin))
+    }
+
+    /// Fails where the twin is of another body.
+    pub(super) fn check(&self, twin: &Twin) -> std::result::Result<(), BadInput> {
+        let (own, other) = (&self.shape, &twin.shape);
+        let differs = if own.body != other.body {
+            Some(("body", &own.body, &other.body))
+        } else {
+            let layouts = own.auxiliary.as_ref().zip(other.auxiliary.as_ref());
+            layouts.filter(|(a, b)| a != b).map(|(a, b)| ("auxiliary", a, b))
+        };
+        if let Some((place, own, other)) = differs {
+            return Err(BadInput::new(place, other.as_str(), own.as_str()).hint(
+                "a chain belongs to the mesh, clamp, law, Poisson's ratio, tip and ways of the tendons that it was made with; \
+                 make it again",
+            ));
+        }
+        if twin.tendons.len() > self.points.len() {
+            let expected = format!("{} auxiliary tendons", twin.tendons.len() - twin.n_primary);
+            return Err(BadInput::new("auxiliary", expected, "a chain that was made without them")
+                .hint("make it again from the scene that has them"));
+        }
+        Ok(())
+    }
+
+    /// This chain with everything that the twin adds.
+    pub(super) fn bound(mut self, twin: &Twin) -> Self {
+        let ScaledBy { youngs_modulus, density } = self.material;
+        let stiffer = twin.body.material.youngs_modulus / youngs_modulus;
+        if stiffer != 1.0 {
+            self.laws.iter_mut().for_each(|law| law.scale_by(stiffer));
+            let compliances = self.sinks.iter_mut().flat_map(|sink| &mut sink.compliance);
+            compliances.for_each(|compliance| *compliance /= stiffer);
+        }
+        let denser = if density > 0.0 { twin.body.material.density / density } else { 0.0 };
+        let mut loads = self.forces.clone();
+        if twin.gravity != [0.0; 3] {
+            loads.extend(self.masses.iter().map(|&part| (part, twin.gravity.map(|g| denser * g))));
+        }
+        let along = twin.friction.iter().flat_map(|point| &self.points[point.tendon][point.first..]);
+        let mut points = self.points[..twin.tendons.len()].iter().flatten().chain(along);
+        self.cables = twin.cables.carried_by(|offset, carriers| match points.next() {
+            Some(sum) => (sum.offset.into(), sum.parts.clone()),
+            None => (offset, carriers.to_vec()),
+        });
+        self.material.youngs_modulus = twin.body.material.youngs_modulus;
+        self.segments = segments(&self.cables);
+        (self.loads, self.tracker) = (loads, twin.tracker);
+        (self.accuracy, self.least_force) = (twin.accuracy, least_force(twin));
+        self
     }
 
     /// Number of sections.
@@ -199,38 +281,6 @@ impl Chain {
     /// Number of unknowns.
     pub fn n_unknowns(&self) -> usize {
         self.laws.len() * super::BLOCK
-    }
-
-    /// The unloaded chain.
-    pub fn rest(&self) -> ChainState {
-        ChainState {
-            interfaces: self.rest.clone(),
-            tensions: vec![0.0; self.cables.len()],
-            load: 0.0,
-            slip: vec![0.0; self.n_friction],
-            backlash: vec![0.0; self.n_backlash],
-        }
-    }
-
-    /// Position of the tip, in the frame in which it is recorded [m].
-    pub fn tip_of(&self, state: &ChainState) -> [f64; 3] {
-        let mut at = self.tip.offset;
-        for &(part, weight) in &self.tip.parts {
-            let part = &self.parts[part as usize];
-            let e = part.site.section();
-            let pose = StrainedPose::new(&state.interfaces[e], &state.interfaces[e + 1], &self.laws[e].rest);
-            let deformed = |c: usize| part.shape[c].iter().zip(&pose.strain).map(|(a, b)| a * b).sum::<f64>();
-            let lever = part.arm + Vector3::from_fn(|c, _| deformed(c));
-            at += weight * part.at(&pose, &state.interfaces, &lever);
-        }
-        self.tracker.point(at.into())
-    }
-
-    /// Rotation of the last interface since rest, in the frame in which the tip is recorded.
-    pub fn tip_rotation_of(&self, state: &ChainState) -> UnitQuaternion<f64> {
-        let turn = state.interfaces.last().map_or_else(Matrix3::identity, |last| last.rotation);
-        let recorded = self.tracker.turn * turn * self.tracker.turn.transpose();
-        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(recorded))
     }
 
     /// How far a strain lies beyond those that were validated [-].
@@ -296,25 +346,46 @@ impl PartCollector<'_> {
         self.parts.len() as u32 - 1
     }
 
-    /// Constant nodal forces [N] as forces of one newton on parts, one per section and axis.
-    fn loads(&mut self, nodal: &[[f64; 4]]) -> Vec<(u32, [f64; 3])> {
-        let mut loads = Vec::new();
-        let sites = (0..self.sections.len()).flat_map(|e| [Site::Within(e), Site::End(e)]);
-        for site in sites {
-            for c in 0..3 {
-                let own: Vec<(u32, f64)> = (0..self.body.n_free as u32)
-                    .filter(|&node| nodal[node as usize][c] != 0.0 && self.cut.site(node) == Some(site))
-                    .map(|node| (node, nodal[node as usize][c]))
-                    .collect();
-                if !own.is_empty() {
-                    let mut force = [0.0; 3];
-                    force[c] = 1.0;
-                    loads.push((self.add(site, &own), force));
-                }
+    /// The masses of all nodes [kg], a part for each site.
+    fn masses(&mut self) -> Vec<u32> {
+        let mass = self.body.weight([1.0, 0.0, 0.0]);
+        self.on_sites(|node| mass[node as usize][0])
+    }
+
+    /// Constant nodal forces [N] as forces of one newton on parts, one per site and axis.
+    fn forces(&mut self, nodal: &[[f64; 4]]) -> Vec<(u32, [f64; 3])> {
+        (0..3)
+            .flat_map(|c| {
+                let unit = [0, 1, 2].map(|axis| f64::from(u8::from(axis == c)));
+                self.on_sites(|node| nodal[node as usize][c]).into_iter().map(move |part| (part, unit))
+            })
+            .collect()
+    }
+
+    /// A part with these weights of the free nodes for each site that has some.
+    fn on_sites(&mut self, weight: impl Fn(u32) -> f64) -> Vec<u32> {
+        let mut by_site = vec![Vec::new(); 2 * self.sections.len()];
+        for node in (0..self.body.n_free as u32).filter(|node| weight(*node) != 0.0) {
+            if let Some(site) = self.cut.site(node) {
+                by_site[2 * site.section() + usize::from(matches!(site, Site::End(_)))]
+                    .push((node, weight(node)));
             }
         }
-        loads
+        let sites = (0..self.sections.len()).flat_map(|e| [Site::Within(e), Site::End(e)]);
+        let loaded = sites.zip(by_site).filter(|(_, own)| !own.is_empty());
+        loaded.map(|(site, own)| self.add(site, &own)).collect()
     }
+}
+
+/// Constant forces on the nodes without those of gravity [N].
+fn forces_besides_gravity(twin: &Twin) -> Vec<[f64; 4]> {
+    let weight = twin.body.weight(twin.gravity);
+    let rest = twin.loads.iter().zip(&weight).map(|(all, weight)| {
+        let mut rest = *all;
+        rest.iter_mut().zip(weight).for_each(|(all, weight)| *all -= weight);
+        rest
+    });
+    rest.collect()
 }
 
 /// Local compliance of every section that has parts within it.

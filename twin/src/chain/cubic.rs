@@ -35,6 +35,12 @@ impl Cubic {
         coefficients
     }
 
+    /// Multiplies the polynomial by a factor.
+    pub fn scale_by(&mut self, factor: f64) {
+        let entries = self.0.as_flattened_mut();
+        entries.iter_mut().for_each(|entry| *entry = (factor * f64::from(*entry)) as f32);
+    }
+
     /// From what [`Self::coefficients`] gave; their number is [`Self::COEFFICIENTS`].
     pub fn from_coefficients(coefficients: &[f32]) -> Self {
         let mut rows = Vec::new();

@@ -6,17 +6,17 @@ use hysteron_base::{BadInput, file, json};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::body::{Chain, ChainPart, PartSum, Sink, segments};
+use super::body::{Chain, ChainPart, PartSum, ScaledBy, Sink};
 use super::cubic::Cubic;
 use super::errors::Validation;
 use super::section::{Interface, SectionLaw, Site};
 use super::{PADDED, STRAIN, Strain, WARPINGS};
 use crate::Result;
-use crate::equilibrium_residual::least_force;
+use crate::body_shape::BodyShape;
 use crate::model::Twin;
 
 const FORMAT: &str = "hysteron-chain";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Most sections that are accepted.
 const MAX_SECTIONS: usize = 10_000;
 
@@ -26,7 +26,10 @@ const MAX_SECTIONS: usize = 10_000;
 struct ChainFile {
     format: String,
     version: u32,
-    scene_hash: String,
+    /// SHA-256 of what the body is, and of where its auxiliary tendons run.
+    body_sha256: String,
+    auxiliary_sha256: Option<String>,
+    material: ScaledBy,
     /// Command that made it.
     command: String,
     /// Amplitudes of an interface.
@@ -39,11 +42,13 @@ struct ChainFile {
     interfaces: Vec<[f64; 3]>,
     sections: Vec<SectionEntry>,
     parts: Vec<PartEntry>,
-    /// Parts that carry each point of each cable.
-    points: Vec<SumEntry>,
+    /// Parts that carry each point of each tendon.
+    points: Vec<Vec<SumEntry>>,
     tip: SumEntry,
+    /// Parts that are masses.
+    masses: Vec<u32>,
     /// Forces on parts [N].
-    loads: Vec<(u32, [f64; 3])>,
+    forces: Vec<(u32, [f64; 3])>,
     sinks: Vec<SinkEntry>,
 }
 
@@ -90,16 +95,13 @@ impl Chain {
     ///
     /// # Errors
     /// Refusals of the file system.
-    pub fn write(&self, path: &Path, scene_hash: &str, command: &str) -> Result<()> {
-        let parts = |carriers: &[(u32, f64)]| carriers.iter().map(|(part, _)| *part).collect();
-        let points = (0..self.cables.len()).flat_map(|j| self.cables.points_of(j)).map(|point| SumEntry {
-            offset: self.cables.offset(point),
-            parts: parts(self.cables.carriers(point)),
-        });
+    pub fn write(&self, path: &Path, command: &str) -> Result<()> {
         let content = ChainFile {
             format: FORMAT.into(),
             version: VERSION,
-            scene_hash: scene_hash.into(),
+            body_sha256: self.shape.body.clone(),
+            auxiliary_sha256: self.shape.auxiliary.clone(),
+            material: self.material,
             command: command.into(),
             warpings: WARPINGS,
             asymmetry: self.asymmetry,
@@ -108,9 +110,10 @@ impl Chain {
             interfaces: self.rest.iter().map(|interface| interface.center.into()).collect(),
             sections: self.laws.iter().map(SectionEntry::new).collect(),
             parts: self.parts.iter().map(PartEntry::new).collect(),
-            points: points.collect(),
-            tip: SumEntry { offset: self.tip.offset.into(), parts: parts(&self.tip.parts) },
-            loads: self.loads.clone(),
+            points: self.points.iter().map(|points| points.iter().map(SumEntry::new).collect()).collect(),
+            tip: SumEntry::new(&self.tip),
+            masses: self.masses.clone(),
+            forces: self.forces.clone(),
             sinks: self
                 .sinks
                 .iter()
@@ -122,11 +125,11 @@ impl Chain {
         Ok(file::write_bytes(path, text + "\n")?)
     }
 
-    /// Reads the chain of a twin: of the same scene and mesh.
+    /// Reads the chain of a twin: of the same body, see [`Self::of`].
     ///
     /// # Errors
-    /// Another format, version or scene; sizes or numbers that do not fit together.
-    pub fn read(path: &Path, twin: &Twin, scene_hash: &str) -> Result<Self> {
+    /// Another format, version or body; sizes or numbers that do not fit together.
+    pub fn read(path: &Path, twin: &Twin) -> Result<Self> {
         let bad = |what: &str, expected: String, found: String| {
             BadInput::new(format!("{}: {what}", path.display()), expected, found)
         };
@@ -139,13 +142,20 @@ impl Chain {
                 .into());
         }
         let content: ChainFile = json::from_value(&value).map_err(not_ours)?;
-        if content.scene_hash != scene_hash {
-            return Err(bad("scene_hash", scene_hash.into(), content.scene_hash)
-                .hint("a chain belongs to the scene and mesh that it was made with; make it again")
-                .into());
+        content.check().map_err(|(what, expected, found)| bad(what, expected, found))?;
+        let chain = content.into_chain(twin);
+        chain.check(twin).map_err(|bad| bad.within(path.display().to_string()))?;
+        let points =
+            (twin.tendons.iter().zip(&chain.points).enumerate()).find_map(|(j, (tendon, points))| {
+                let expected = twin.cables.points_of(j).len();
+                (expected != points.len()).then(|| (tendon, expected, points.len()))
+            });
+        if let Some((tendon, expected, found)) = points {
+            return Err(
+                bad("points", format!("{expected} of tendon {}", tendon.name), found.to_string()).into()
+            );
         }
-        content.check(twin).map_err(|(what, expected, found)| bad(what, expected, found))?;
-        Ok(content.into_chain(twin))
+        Ok(chain.bound(twin))
     }
 }
 
@@ -153,7 +163,7 @@ type FileRefusal = (&'static str, String, String);
 
 impl ChainFile {
     /// Fails where sizes or numbers do not fit together.
-    fn check(&self, twin: &Twin) -> std::result::Result<(), FileRefusal> {
+    fn check(&self) -> std::result::Result<(), FileRefusal> {
         let count = |what, expected: usize, found: usize| {
             if expected == found { Ok(()) } else { Err((what, expected.to_string(), found.to_string())) }
         };
@@ -173,13 +183,10 @@ impl ChainFile {
                 return Err(("parts: section", format!("below {n}"), part.section.to_string()));
             }
         }
-        let points = (0..twin.cables.len()).map(|j| twin.cables.points_of(j).len()).sum();
-        count("points", points, self.points.len())?;
-        let sums = self.points.iter().chain([&self.tip]).flat_map(|sum| &sum.parts);
+        let sums = self.points.iter().flatten().chain([&self.tip]).flat_map(|sum| &sum.parts);
         let sums = sums.chain(self.sinks.iter().flat_map(|sink| &sink.parts));
-        if let Some(part) =
-            sums.chain(self.loads.iter().map(|load| &load.0)).find(|p| **p as usize >= self.parts.len())
-        {
+        let loaded = self.masses.iter().chain(self.forces.iter().map(|force| &force.0));
+        if let Some(part) = sums.chain(loaded).find(|p| **p as usize >= self.parts.len()) {
             return Err(("part", format!("below {}", self.parts.len()), part.to_string()));
         }
         for sink in &self.sinks {
@@ -187,8 +194,11 @@ impl ChainFile {
         }
         match self.numbers().find(|number| !number.is_finite()) {
             Some(number) => Err(("numbers", "finite ones".into(), number.to_string())),
-            None if self.lever > 0.0 => Ok(()),
-            None => Err(("lever", "a length".into(), self.lever.to_string())),
+            None if self.lever <= 0.0 => Err(("lever", "a length".into(), self.lever.to_string())),
+            None if self.material.youngs_modulus <= 0.0 => {
+                Err(("material", "a stiffness".into(), self.material.youngs_modulus.to_string()))
+            }
+            None => Ok(()),
         }
     }
 
@@ -201,18 +211,16 @@ impl ChainFile {
             .parts
             .iter()
             .flat_map(|part| part.shape.iter().flatten().copied().chain(part.arm).chain([part.share]));
-        let offsets = self.points.iter().chain([&self.tip]).flat_map(|sum| sum.offset);
-        let rest = self.interfaces.iter().copied().chain(self.loads.iter().map(|load| load.1)).flatten();
-        let single = [self.lever, self.asymmetry].into_iter();
+        let offsets = self.points.iter().flatten().chain([&self.tip]).flat_map(|sum| sum.offset);
+        let rest = self.interfaces.iter().copied().chain(self.forces.iter().map(|force| force.1)).flatten();
+        let ScaledBy { youngs_modulus, density } = self.material;
+        let single = [self.lever, self.asymmetry, youngs_modulus, density].into_iter();
         let single = single.chain(self.sinks.iter().flat_map(|sink| sink.compliance.iter().copied()));
         sections.chain(parts).chain(offsets).chain(rest).chain(single)
     }
 
+    /// Not bound to the twin yet.
     fn into_chain(self, twin: &Twin) -> Chain {
-        let mut points = self.points.iter();
-        let cables = twin.cables.carried_by(|offset, _| {
-            points.next().map_or((offset, Vec::new()), |sum| (sum.offset, sum.weighted()))
-        });
         let centers: Vec<Vector3<f64>> = self.interfaces.into_iter().map(Vector3::from).collect();
         let at_rest = |center: &Vector3<f64>| Interface {
             center: *center,
@@ -229,30 +237,37 @@ impl ChainFile {
                 .map(|(section, pair)| section.law(pair[1] - pair[0]))
                 .collect(),
             parts: self.parts.iter().map(PartEntry::part).collect(),
-            segments: segments(&cables),
-            cables,
-            n_friction: twin.friction.len(),
-            n_backlash: twin.n_backlash(),
-            loads: self.loads,
-            tip: PartSum { offset: self.tip.offset.into(), parts: self.tip.weighted() },
-            tracker: twin.tracker,
+            points: self.points.iter().map(|points| points.iter().map(SumEntry::sum).collect()).collect(),
+            tip: self.tip.sum(),
+            masses: self.masses,
+            forces: self.forces,
             sinks: self
                 .sinks
                 .into_iter()
                 .map(|entry| Sink { parts: entry.parts, compliance: entry.compliance })
                 .collect(),
+            shape: BodyShape { body: self.body_sha256, auxiliary: self.auxiliary_sha256 },
+            material: self.material,
             lever: self.lever,
-            accuracy: twin.accuracy,
-            least_force: least_force(twin),
             asymmetry: self.asymmetry,
             validation: self.validation,
+            cables: twin.cables.clone(),
+            segments: Vec::new(),
+            loads: Vec::new(),
+            tracker: twin.tracker,
+            accuracy: twin.accuracy,
+            least_force: 0.0,
         }
     }
 }
 
 impl SumEntry {
-    fn weighted(&self) -> Vec<(u32, f64)> {
-        self.parts.iter().map(|&part| (part, 1.0)).collect()
+    fn new(sum: &PartSum) -> Self {
+        Self { offset: sum.offset.into(), parts: sum.parts.iter().map(|(part, _)| *part).collect() }
+    }
+
+    fn sum(&self) -> PartSum {
+        PartSum { offset: self.offset.into(), parts: self.parts.iter().map(|&part| (part, 1.0)).collect() }
     }
 }
 
@@ -307,8 +322,8 @@ mod tests {
     use hysteron_fem::Order;
 
     use super::*;
-    use crate::chain::{ChainStepper, ValidationOptions};
-    use crate::{Target, scenes};
+    use crate::chain::ValidationOptions;
+    use crate::{Stepper, Target, scenes};
 
     fn robot() -> (Twin, Chain) {
         let (mut scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
@@ -326,15 +341,16 @@ mod tests {
         chain.validate(&twin, &options, |_| true).expect("good targets");
         let place = tempfile::tempdir().expect("a folder");
         let path = place.path().join("chain.json");
-        chain.write(&path, "abc", "test").expect("a file");
-        let read = Chain::read(&path, &twin, "abc").expect("the same");
+        chain.write(&path, "test").expect("a file");
+        let read = Chain::read(&path, &twin).expect("the same");
         assert_eq!(read.validation, chain.validation);
         let steps = |chain: &Chain| {
-            let mut stepper = ChainStepper::new(&twin, chain);
+            let twin = twin.clone().with_chain(chain.clone());
+            let mut stepper = Stepper::new(&twin);
             for k in 1..=3 {
                 let stroke = 2e-4 * f64::from(k);
                 stepper
-                    .step(&twin, chain, &[stroke, 0.0, -stroke, 0.0].map(Target::Stroke))
+                    .step(&twin, &[stroke, 0.0, -stroke, 0.0].map(Target::Stroke))
                     .expect("an equilibrium");
             }
             stepper.state().clone()
@@ -348,22 +364,24 @@ mod tests {
         let (twin, chain) = robot();
         let place = tempfile::tempdir().expect("a folder");
         let path = place.path().join("chain.json");
-        chain.write(&path, "abc", "test").expect("a file");
-        let refused = |scene_hash: &str| {
-            let error = Chain::read(&path, &twin, scene_hash).expect_err("does not fit");
+        chain.write(&path, "test").expect("a file");
+        let refused = || {
+            let error = Chain::read(&path, &twin).expect_err("does not fit");
             let place = error.bad_input().map(|bad| bad.place.clone()).unwrap_or_default();
             place.rsplit(": ").next().unwrap_or_default().to_owned()
         };
-        assert_eq!(refused("abd"), "scene_hash");
         let whole = std::fs::read(&path).expect("the file");
         let value: json::Value = json::from_text(&whole).expect("JSON");
         let check = |change: &dyn Fn(&mut json::Value), expected: &str| {
             let mut value = value.clone();
             change(&mut value);
             std::fs::write(&path, json::to_line(&value).expect("a line")).expect("written");
-            assert_eq!(refused("abc"), expected);
+            assert_eq!(refused(), expected);
         };
-        check(&|value| value["version"] = 2.into(), "format");
+        check(&|value| value["version"] = 1.into(), "format");
+        check(&|value| value["body_sha256"] = "of another".into(), "body");
+        check(&|value| value["points"][1] = json::Value::Array(Vec::new()), "points");
+        check(&|value| value["material"]["youngs_modulus"] = 0.into(), "material");
         check(&|value| value["other"] = 2.into(), "content");
         check(&|value| value["warpings"] = 9.into(), "warpings");
         check(&|value| value["parts"][3]["section"] = 8.into(), "section");
@@ -372,6 +390,6 @@ mod tests {
         check(&|value| value["sections"][1]["cubic"] = json::Value::Array(Vec::new()), "cubic");
         check(&|value| value["lever"] = 0.into(), "lever");
         std::fs::write(&path, &whole[..whole.len() / 2]).expect("written");
-        assert_eq!(refused("abc"), "content");
+        assert_eq!(refused(), "content");
     }
 }

@@ -7,7 +7,8 @@
 //!
 //! Files in reading order: `rotation`, `section` (strain, its variations), `cubic`, `band` (the factor), `cut` and `warping` (where
 //! interfaces lie and how they deform), `condense` (the law of a section), `body` (the whole chain), `balance` and `tangent`
-//! (residual of an equilibrium and its derivative), `stepper`, `shape` (as the twin sees it), `errors` and `validation` (against the finite elements), `file`.
+//! (residual of an equilibrium and its derivative), `solver`
+//! and `response` (of tip and cables), `shape` (as the twin sees it), `errors` and `validation` (against the finite elements), `file`.
 //!
 //! # References
 //! Simo, Vu-Quoc (1986), A three-dimensional finite-strain rod model, part II; Craig, Bampton (1968), Coupling of
@@ -22,18 +23,19 @@ mod cubic;
 mod cut;
 mod errors;
 mod file;
+mod response;
 mod rotation;
 mod section;
 mod shape;
-mod stepper;
+mod solver;
 mod tangent;
 mod validation;
 mod warping;
 
-pub use body::{Chain, ChainState};
+pub use body::Chain;
 pub use errors::{ErrorSpread, Validation};
 pub use section::Interface;
-pub use stepper::ChainStepper;
+pub(crate) use solver::ChainSolver;
 pub use validation::ValidationOptions;
 
 #[cfg(test)]

@@ -55,6 +55,13 @@ impl SectionLaw {
         (stress, [quadratic, cubic])
     }
 
+    /// Makes the material stiffer by a factor.
+    pub fn scale_by(&mut self, factor: f64) {
+        self.stiffness.as_flattened_mut().iter_mut().for_each(|entry| *entry *= factor);
+        self.cubic.scale_by(factor);
+        self.scale *= factor;
+    }
+
     /// ∂σ/∂ε = K + A ε, by rows.
     pub fn tangent(&self, isa: Isa, strain: &Strain) -> [Strain; STRAIN] {
         let mut tangent = self.stiffness;

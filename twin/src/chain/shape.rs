@@ -1,27 +1,53 @@
 //! A configuration of a chain as one of the twin that it stands for.
 
+use hysteron_fem::FemModel;
 use nalgebra::Vector3;
 
-use super::body::{Chain, ChainState};
-use super::stepper::ChainStepper;
-use crate::model::Twin;
+use super::balance::ChainBalance;
+use super::body::Chain;
+use super::section::StrainedPose;
+use crate::cable::CableShape;
 use crate::state::TwinState;
 
 impl Chain {
-    /// Copies tensions and memory of friction into a state of the twin; its nodes stay where they are.
-    pub fn copy_tensions(&self, state: &ChainState, out: &mut TwinState) {
-        out.tensions.clone_from(&state.tensions);
-        out.load = state.load;
-        out.slip.clone_from(&state.slip);
-        out.backlash.clone_from(&state.backlash);
+    /// Position of the tip, in the frame of the scene [m].
+    pub(crate) fn tip_of(&self, state: &TwinState) -> [f64; 3] {
+        let mut at = self.tip.offset;
+        for &(part, weight) in &self.tip.parts {
+            let part = &self.parts[part as usize];
+            let e = part.site.section();
+            let pose = StrainedPose::new(&state.interfaces[e], &state.interfaces[e + 1], &self.laws[e].rest);
+            let deformed = |c: usize| part.shape[c].iter().zip(&pose.strain).map(|(a, b)| a * b).sum::<f64>();
+            let lever = part.arm + Vector3::from_fn(|c, _| deformed(c));
+            at += weight * part.at(&pose, &state.interfaces, &lever);
+        }
+        at.into()
     }
 
-    /// Moves the nodes of the twin with the frames of the interfaces on both sides, weighted by their distances. For pictures:
-    /// warping is left out, so that no forces can be computed from it.
-    pub fn move_nodes(&self, twin: &Twin, state: &ChainState, out: &mut TwinState) {
-        let free = twin.body.rest.iter().zip(&mut out.positions).take(twin.body.n_free);
-        for (rest, position) in free {
-            let place = Vector3::new(rest[0], rest[1], rest[2]);
+    /// Largest strain of a section [-], as validations measure it.
+    pub(crate) fn strain_of(&self, state: &TwinState) -> f64 {
+        let pairs = state.interfaces.windows(2).zip(&self.laws);
+        let strains = pairs.map(|(pair, law)| {
+            let strain = StrainedPose::new(&pair[0], &pair[1], &law.rest).strain;
+            let (_, [quadratic, _]) = law.stress(self.isa, &strain);
+            (2.0 * quadratic / law.scale).sqrt()
+        });
+        strains.fold(0.0, f64::max)
+    }
+
+    /// Points and strokes of the cables.
+    pub(crate) fn shape_of(&self, state: &TwinState) -> CableShape {
+        let mut balance = ChainBalance::new(self);
+        balance.settle(self, &state.interfaces, &state.tensions);
+        balance.shape
+    }
+
+    /// Nodes of the finite elements, moved with the frames of the interfaces on both sides, weighted by their distances. For
+    /// pictures: warping is left out, so that no forces can be computed from them.
+    pub(crate) fn nodes_of(&self, body: &FemModel, state: &TwinState) -> Vec<[f64; 4]> {
+        let mut nodes = body.rest.clone();
+        for position in &mut nodes[..body.n_free] {
+            let place = Vector3::new(position[0], position[1], position[2]);
             let (e, part) = self.between(&place);
             let moved = |k: usize| -> Vector3<f64> {
                 let arm = place - self.rest[k].center;
@@ -30,6 +56,7 @@ impl Chain {
             let at = (1.0 - part) * moved(e) + part * moved(e + 1);
             position[..3].copy_from_slice(at.as_slice());
         }
+        nodes
     }
 
     /// The section in which a place lies at rest, and how far along it [-].
@@ -44,13 +71,6 @@ impl Chain {
     }
 }
 
-impl ChainStepper {
-    /// The stroke that a servo shows for every tendon [m], as [`Twin::commands_of`].
-    pub fn commands(&self, twin: &Twin) -> Vec<f64> {
-        (0..twin.tendons.len()).map(|j| self.pulled(twin, j) - twin.tendons[j].zero).collect()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use hysteron_base::MaterialLaw;
@@ -59,7 +79,7 @@ mod tests {
     use super::*;
     use crate::chain::Interface;
     use crate::coreact::distance;
-    use crate::{Target, scenes};
+    use crate::{Stepper, Target, Twin, scenes};
 
     #[test]
     fn nodes_and_commands_are_nearly_those_of_the_finite_elements() {
@@ -68,7 +88,8 @@ mod tests {
         scene.tendons[0].zero = 2e-4;
         let twin = Twin::new(&scene, &mesh).expect("a good scene");
         let chain = Chain::new(&twin).expect("a chain");
-        let (mut fine, mut coarse) = (crate::Stepper::new(&twin), ChainStepper::new(&twin, &chain));
+        let reduced = twin.clone().with_chain(chain.clone());
+        let (mut fine, mut coarse) = (Stepper::new(&twin), Stepper::new(&reduced));
         let targets = [3e-3, 0.0, -3e-3, 0.0].map(Target::Stroke);
         for part in [0.25, 0.5, 0.75, 1.0] {
             let targets = targets.map(|target| match target {
@@ -76,11 +97,9 @@ mod tests {
                 other => other,
             });
             fine.step(&twin, &targets).expect("an equilibrium");
-            coarse.step(&twin, &chain, &targets).expect("an equilibrium");
+            coarse.step(&reduced, &targets).expect("an equilibrium");
         }
-        let mut shown = twin.rest();
-        chain.copy_tensions(coarse.state(), &mut shown);
-        chain.move_nodes(&twin, coarse.state(), &mut shown);
+        let shown = reduced.nodes_of(coarse.state());
         // The mean of an interface has no warping, which pictures leave out.
         let mean = |positions: &[[f64; 4]], interface: &Interface| -> [f64; 3] {
             let on = |node: &[f64; 4]| (node[2] - interface.center.z).abs() < 1e-9;
@@ -93,13 +112,19 @@ mod tests {
             chain.rest[1..].iter().map(apart).fold(0.0, f64::max)
         };
         let moved = far(&fine.state().positions, &twin.body.rest);
-        let error = far(&fine.state().positions, &shown.positions);
+        let error = far(&fine.state().positions, &shown);
         // As in `validation`: what the chain leaves out is of fourth order.
         assert!(moved > 5e-3 && error < 1e-3 * moved, "{error} of {moved} m");
-        for (own, other) in coarse.commands(&twin).iter().zip(twin.commands_of(fine.state())) {
+        for (own, other) in coarse.commands(&reduced).iter().zip(twin.commands_of(fine.state())) {
             assert!((own - other).abs() < 1e-2 * 2e-3, "{own} for {other}");
         }
-        assert!((coarse.commands(&twin)[0] - 3e-3).abs() < 1e-6);
-        assert_eq!(shown.slip.len(), fine.state().slip.len());
+        for (own, other) in coarse.commands(&reduced).iter().zip(reduced.commands_of(coarse.state())) {
+            // Points sink in up to a twentieth of the accuracy of strokes.
+            assert!((own - other).abs() < twin.accuracy.stroke, "{own} for {other}");
+        }
+        assert!((coarse.commands(&reduced)[0] - 3e-3).abs() < 1e-6);
+        let strain = chain.strain_of(coarse.state());
+        // A bend by some 30 degrees in 40 mm: 6 mm times the curvature is a strain of a twelfth at the surface.
+        assert!((0.01..0.1).contains(&strain), "{strain}");
     }
 }

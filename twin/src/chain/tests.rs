@@ -9,7 +9,8 @@ use super::band::BlockVector;
 use super::cut::Cut;
 use super::tangent::TangentAssembly;
 use super::warping::{interfaces, responses, rest};
-use super::{BLOCK, Chain, ChainStepper, Interface};
+use super::{BLOCK, Chain, Interface};
+use crate::coreact::distance;
 use crate::equilibrium_residual::StepTargets;
 use crate::{Stepper, Target, Twin, scenes};
 
@@ -54,6 +55,11 @@ pub(super) fn moved_chain() -> (Twin, Moved) {
     (twin, Moved { chain, interfaces, tensions })
 }
 
+/// The same robot, moved by a chain of its own.
+fn reduced(twin: &Twin) -> Twin {
+    twin.clone().with_chain(Chain::new(twin).expect("a chain"))
+}
+
 #[test]
 fn small_deflections_are_those_of_the_finite_elements_where_the_warpings_span_them() {
     // Nine unit loads have nine responses: all of them are in the basis of ten warpings, so only round-off is left.
@@ -95,14 +101,14 @@ fn small_deflections_are_those_of_the_finite_elements_where_the_warpings_span_th
 fn pulled_chain_follows_its_finite_elements() {
     let (scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
     let twin = Twin::new(&scene, &mesh).expect("a good scene");
-    let chain = Chain::new(&twin).expect("a chain");
-    let (mut fine, mut coarse) = (Stepper::new(&twin), ChainStepper::new(&twin, &chain));
+    let reduced = reduced(&twin);
+    let (mut fine, mut coarse) = (Stepper::new(&twin), Stepper::new(&reduced));
     for k in 1..=10 {
         let part = 2e-4 * f64::from(k);
         let targets = [part, 0.3 * part, -part, -0.3 * part].map(Target::Stroke);
         fine.step(&twin, &targets).expect("an equilibrium");
-        let report = coarse.step(&twin, &chain, &targets).expect("an equilibrium of the chain");
-        let (tip, moved) = (twin.tip_of(fine.state()), chain.tip_of(coarse.state()));
+        let report = coarse.step(&reduced, &targets).expect("an equilibrium of the chain");
+        let (tip, moved) = (twin.tip_of(fine.state()), reduced.tip_of(coarse.state()));
         let rest = twin.tip_of(&twin.rest());
         let apart = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
         let error = apart(tip, moved) / apart(tip, rest);
@@ -123,15 +129,13 @@ fn compliance_and_tip_response_are_derivatives_by_tensions() {
         tendon.compliance = 1e-4;
     }
     let twin = Twin::new(&scene, &mesh).expect("a good scene");
-    let chain = Chain::new(&twin).expect("a chain");
+    let twin = reduced(&twin);
     let tensions = [4.0, 1.0, 0.5, 2.0];
-    let mut stepper = ChainStepper::new(&twin, &chain);
+    let mut stepper = Stepper::new(&twin);
     let mut at = |tensions: [f64; 4]| {
-        stepper.step(&twin, &chain, &tensions.map(Target::Tension)).expect("an equilibrium");
-        let tip = chain.tip_of(stepper.state());
-        let pulled: Vec<f64> =
-            (0..4).map(|j| stepper.stroke(j) + chain.cables.stretch(j, &tensions)).collect();
-        (tip, pulled)
+        stepper.step(&twin, &tensions.map(Target::Tension)).expect("an equilibrium");
+        let tip = twin.tip_of(stepper.state());
+        (tip, twin.pulled(stepper.state()))
     };
     // How far cable points sink in depends on the shape, which the tangent leaves out: a part T/l C of the sinking, which is a
     // few thousandths of the stroke here.
@@ -151,8 +155,8 @@ fn compliance_and_tip_response_are_derivatives_by_tensions() {
         differences.push((tip, strokes));
     }
     at(tensions);
-    let delassus = stepper.delassus(&twin, &chain).expect("a factor");
-    let tip = stepper.tip_per_tension(&twin, &chain).expect("a factor");
+    let delassus = stepper.delassus(&twin).expect("a factor");
+    let tip = stepper.tip_derivatives(&twin, &[]).expect("a factor").per_tension;
     let largest = delassus.iter().fold(0.0f64, |max, w| max.max(w.abs()));
     let farthest = tip.iter().flatten().fold(0.0f64, |max, w| max.max(w.abs()));
     for (j, (by_tip, by_strokes)) in differences.iter().enumerate() {
@@ -178,15 +182,15 @@ fn friction_leaves_the_chain_where_it_leaves_the_finite_elements() {
     scenes::roughen(&mut scene, 1e-5);
     scene.friction = Some(hysteron_base::Friction { backlash: 1e-4, ..scenes::ROUGH });
     let twin = Twin::new(&scene, &mesh).expect("a good scene");
-    let chain = Chain::new(&twin).expect("a chain");
-    let (mut fine, mut coarse) = (Stepper::new(&twin), ChainStepper::new(&twin, &chain));
+    let reduced = reduced(&twin);
+    let (mut fine, mut coarse) = (Stepper::new(&twin), Stepper::new(&reduced));
     let mut turned = Vec::new();
     for k in 0..60 {
         // There and back: the way back lags behind.
         let stroke = 1e-3 * (f64::from(k) / 30.0 * std::f64::consts::PI).sin().abs();
         let targets = [stroke, 0.0, -stroke, 0.0].map(Target::Stroke);
         fine.step(&twin, &targets).expect("an equilibrium");
-        coarse.step(&twin, &chain, &targets).expect("an equilibrium of the chain");
+        coarse.step(&reduced, &targets).expect("an equilibrium of the chain");
         let (tension, other) = (fine.state().tensions[0], coarse.state().tensions[0]);
         // Of three newtons: a thousandth, as without friction.
         assert!((tension - other).abs() < 3e-3, "{k}: {tension} and {other}");
@@ -201,14 +205,71 @@ fn tendon_that_ends_within_a_section_sinks_in_as_in_the_finite_elements() {
     // Between the layers at 30 and 31.7 mm; sections end at 30 and 35 mm.
     scene.tendons = vec![scenes::tendon(0, 0.0309, scenes::TENDON_RADIUS, 4)];
     let twin = Twin::new(&scene, &mesh).expect("a good scene");
-    let mut chain = Chain::new(&twin).expect("a chain");
+    let chain = Chain::new(&twin).expect("a chain");
     let exact = Stepper::new(&twin).delassus(&twin).expect("a factor")[0];
-    let of = |chain: &Chain| ChainStepper::new(&twin, chain).delassus(&twin, chain).expect("a factor")[0];
+    let of = |chain: Chain| {
+        let reduced = twin.clone().with_chain(chain);
+        Stepper::new(&reduced).delassus(&reduced).expect("a factor")[0]
+    };
     // The response to the tension is in the basis, so that only weaker ones of other loads are left out.
-    let error = (of(&chain) - exact).abs() / exact;
+    let error = (of(chain.clone()) - exact).abs() / exact;
     assert!(error < 1e-4, "{error}");
     assert!(!chain.sinks.is_empty());
-    chain.sinks.clear();
-    let error = (of(&chain) - exact).abs() / exact;
+    let error = (of(Chain { sinks: Vec::new(), ..chain }) - exact).abs() / exact;
     assert!(error > 1e-2, "{error}: an end that does not sink in tests nothing");
+}
+
+/// The robot of the tests with everything that a chain follows, in two versions.
+fn variants() -> (Twin, Twin) {
+    let (mut scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
+    scene.solver.relative_residual = 1e-9;
+    scene.gravity = [3.0, -5.0, 9.0];
+    scene.auxiliary = scenes::actuated(4).0.auxiliary;
+    let made = Twin::new(&scene, &mesh).expect("a good scene");
+    scenes::roughen(&mut scene, 1e-4);
+    scene.friction = Some(hysteron_base::Friction { backlash: 1e-4, ..scenes::ROUGH });
+    scene.material.youngs_modulus *= 1.7;
+    scene.material.density *= 0.6;
+    scene.gravity = [-2.0, 7.0, 1.0];
+    scene.tracker.turn = [0.1, -0.2, 0.3];
+    scene.tendons[1].zero = 2e-4;
+    scene.auxiliary = None;
+    (made, Twin::new(&scene, &mesh).expect("a good scene"))
+}
+
+#[test]
+fn chain_of_a_changed_scene_is_that_made_from_it() {
+    let (made, changed) = variants();
+    let chain = Chain::new(&made).expect("a chain");
+    let carried = changed.clone().with_chain(chain.of(&changed).expect("the same body"));
+    let again = reduced(&changed);
+    let (mut of, mut anew) = (Stepper::new(&carried), Stepper::new(&again));
+    for k in 1..=20 {
+        let targets = [1e-4, 0.0, -1e-4, 3e-5].map(|step| Target::Stroke(f64::from(k) * step));
+        of.step(&carried, &targets).expect("an equilibrium");
+        anew.step(&again, &targets).expect("an equilibrium");
+    }
+    let (state, other) = (of.state(), anew.state());
+    let strongest = other.tensions.iter().fold(0.0f64, |max, tension| max.max(tension.abs()));
+    for (tension, other) in state.tensions.iter().zip(&other.tensions) {
+        // The warpings of the first also follow auxiliary tendons, so that those of the others are a little different.
+        assert!((tension - other).abs() < 2e-3 * strongest, "{tension} for {other} of {strongest} N");
+    }
+    let (tip, expected) = (carried.tip_of(state), again.tip_of(other));
+    let moved = distance(expected, again.tip_of(&again.rest()));
+    assert!(moved > 2e-3 && distance(tip, expected) < 2e-3 * moved, "{tip:?} for {expected:?}");
+    assert_eq!(state.slip.len(), changed.friction.len());
+}
+
+#[test]
+fn chain_of_another_body_is_refused() {
+    let (made, changed) = variants();
+    let refused = |chain: &Chain, twin: &Twin| chain.of(twin).expect_err("another body").to_string();
+    let without = Chain::new(&changed).expect("a chain");
+    let found = refused(&without, &made);
+    assert!(found.contains("auxiliary") && found.contains("without them"), "{found}");
+    let (mut scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
+    scene.material.poisson_ratio = 0.41;
+    let found = refused(&without, &Twin::new(&scene, &mesh).expect("a good scene"));
+    assert!(found.contains("Poisson's ratio"), "{found}");
 }

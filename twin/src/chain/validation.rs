@@ -4,10 +4,9 @@ use rand::RngExt;
 
 use super::body::Chain;
 use super::errors::{ErrorSpread, Validation};
-use super::stepper::ChainStepper;
 use crate::coreact::distance;
 use crate::model::{Target, Twin};
-use crate::step::Stepper;
+use crate::stepper::Stepper;
 use crate::{Error, Result};
 
 /// Displacements and tensions below which errors are not relative any more: of the body's length, and of the strongest tension.
@@ -73,7 +72,10 @@ impl Chain {
         mut heard: impl FnMut(usize) -> bool,
     ) -> Result<()> {
         self.validation = None;
-        let (mut fine, mut coarse) = (Stepper::new(twin), ChainStepper::new(twin, self));
+        let (fine_twin, coarse_twin) =
+            (Twin { chain: None, ..twin.clone() }, twin.clone().with_chain(self.clone()));
+        let fresh = || (Stepper::new(&fine_twin), Stepper::new(&coarse_twin));
+        let (mut fine, mut coarse) = fresh();
         let mut compared = Vec::new();
         let mut refused = [0; 2];
         let mut from: Vec<Target> = twin.tendons.iter().map(|tendon| tendon.resting_target()).collect();
@@ -83,17 +85,17 @@ impl Chain {
             let mut failed = [false; 2];
             for step in 1..=steps {
                 let between = mix(&from, &to, step as f64 / steps as f64);
-                failed[0] |= has_none(fine.step(twin, &between))?;
-                failed[1] |= has_none(coarse.step(twin, self, &between))?;
+                failed[0] |= has_none(fine.step(&fine_twin, &between))?;
+                failed[1] |= has_none(coarse.step(&coarse_twin, &between))?;
             }
             from = to;
             if failed[0] || failed[1] {
                 refused[usize::from(!failed[0])] += 1;
                 // Both go on from the same place.
-                (fine, coarse) = (Stepper::new(twin), ChainStepper::new(twin, self));
+                (fine, coarse) = fresh();
                 from = twin.tendons.iter().map(|tendon| tendon.resting_target()).collect();
             } else {
-                compared.push(self.compare(twin, &fine, &coarse));
+                compared.push(compare((&fine_twin, &fine), (&coarse_twin, &coarse)));
             }
             if !heard(k + 1) {
                 break;
@@ -107,20 +109,20 @@ impl Chain {
     fn length(&self) -> f64 {
         self.laws.iter().map(|law| law.rest.norm()).sum()
     }
+}
 
-    fn compare(&self, twin: &Twin, fine: &Stepper, coarse: &ChainStepper) -> Compared {
-        let (state, other) = (fine.state(), coarse.state());
-        let tip = twin.tip_of(state);
-        let n = twin.tendons.len();
-        let tensions = state.tensions[..n].iter().zip(&other.tensions);
-        Compared {
-            tip: distance(tip, self.tip_of(other)),
-            moved: distance(tip, twin.tip_of(&twin.rest())),
-            tension: tensions.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max),
-            strongest: state.tensions[..n].iter().fold(0.0, |max, t| t.abs().max(max)),
-            turn: twin.tip_rotation_of(state).angle_to(&self.tip_rotation_of(other)),
-            strain: coarse.strain(),
-        }
+fn compare((fine_twin, fine): (&Twin, &Stepper), (coarse_twin, coarse): (&Twin, &Stepper)) -> Compared {
+    let (state, other) = (fine.state(), coarse.state());
+    let tip = fine_twin.tip_of(state);
+    let n = fine_twin.tendons.len();
+    let tensions = state.tensions[..n].iter().zip(&other.tensions);
+    Compared {
+        tip: distance(tip, coarse_twin.tip_of(other)),
+        moved: distance(tip, fine_twin.tip_of(&fine_twin.rest())),
+        tension: tensions.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max),
+        strongest: state.tensions[..n].iter().fold(0.0, |max, t| t.abs().max(max)),
+        turn: fine_twin.tip_rotation_of(state).angle_to(&coarse_twin.tip_rotation_of(other)),
+        strain: coarse_twin.chain.as_ref().map_or(0.0, |chain| chain.strain_of(other)),
     }
 }
 
@@ -210,10 +212,11 @@ mod tests {
         let mut again = Chain::new(&twin).expect("a chain");
         again.validate(&twin, &options, |_| true).expect("good targets");
         assert_eq!(again.validation, chain.validation);
-        let mut stepper = ChainStepper::new(&twin, &chain);
+        let reduced = twin.clone().with_chain(chain);
+        let mut stepper = Stepper::new(&reduced);
         let mut outside = |stroke: f64| {
             let targets = [stroke, 0.0, -stroke, 0.0].map(Target::Stroke);
-            stepper.step(&twin, &chain, &targets).expect("an equilibrium").outside
+            stepper.step(&reduced, &targets).expect("an equilibrium").outside
         };
         assert_eq!(outside(1e-4), 0.0);
         let beyond = outside(3e-3);

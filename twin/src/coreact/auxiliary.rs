@@ -3,7 +3,7 @@
 use hysteron_base::{BadInput, Bounds};
 
 use crate::model::{Target, Twin};
-use crate::step::Stepper;
+use crate::stepper::Stepper;
 use crate::{Result, TwinTendon};
 
 /// Limits of the auxiliary tendons of a twin, in strokes.

@@ -10,7 +10,7 @@ use crate::friction_points::FrictionPoints;
 use crate::model::{Target, Twin};
 use crate::motion::RobotMotion;
 use crate::plant::{PhysicsTwin, Plant};
-use crate::step::{FrictionMemory, Stepper};
+use crate::stepper::{FrictionMemory, Stepper};
 use crate::{Error, Result, TwinState};
 use hysteron_fit::qp::{BoxedRows, QpStatus, RowQp};
 
@@ -147,8 +147,7 @@ impl<'a> Identifier<'a> {
         self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
         let conditions = self.stepper.conditions(self.twin, &self.targets, &self.memory)?;
         self.problem.set_conditions(self.twin, &conditions);
-        let at =
-            LinearisedTip::new(self.twin, self.auxiliary, conditions.projection, conditions.state, weight);
+        let at = LinearisedTip::new(self.twin, self.auxiliary, &conditions.response, weight);
         let sample = WeightedSample {
             error: &error,
             strokes: &self.strokes,

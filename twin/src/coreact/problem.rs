@@ -11,9 +11,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::AuxiliaryLimits;
 use crate::model::Twin;
-use crate::projection::Projection;
-use crate::state::TwinState;
-use crate::step::LinearisedStep;
+use crate::solver::TensionResponse;
+use crate::stepper::LinearisedStep;
 use hysteron_fit::qp::{Activity, BoxQp, BoxedRows, QpStatus};
 
 /// A bound of an auxiliary stroke that can be active.
@@ -88,18 +87,16 @@ impl LinearisedTip {
     pub fn new(
         twin: &Twin,
         auxiliary: &AuxiliaryLimits,
-        projection: &Projection,
-        state: &TwinState,
+        response: &TensionResponse,
         orientation: Option<f64>,
     ) -> Self {
-        let mut tip: Vec<Vec<f64>> = twin.tip_displacement_rows(projection).into();
+        let mut tip: Vec<Vec<f64>> = response.tip.to_vec();
         if let Some(weight) = orientation {
-            let rows = twin.tip_rotation_rows(projection, state);
-            tip.extend(rows.into_iter().map(|row| row.iter().map(|turn| weight * turn).collect()));
+            tip.extend(response.turn.iter().map(|row| row.iter().map(|turn| weight * turn).collect()));
         }
         let (n, first) = (twin.cables.len(), twin.n_primary);
         let others: Vec<usize> = others(twin).collect();
-        let w = |i: usize, j: usize| projection.delassus[i * n + j];
+        let w = |i: usize, j: usize| response.delassus[i * n + j];
         let (n_others, n_aux) = (others.len(), auxiliary.len());
         let by_stroke = |k: usize| 1.0 / auxiliary.compliances[k];
         Self {

@@ -4,7 +4,7 @@ use super::AuxiliaryLimits;
 use super::problem::others;
 use crate::friction_points::FrictionPoints;
 use crate::model::Twin;
-use crate::step::Stepper;
+use crate::stepper::Stepper;
 
 /// ∂tip/∂s where the last step of `stepper` ended (3 × n_aux, row by row) [-], tendons that are taut held at their
 /// strokes, by the exact tangent;
@@ -20,13 +20,9 @@ pub(crate) fn sensitivity(
         FrictionPoints::Slipping => twin.n_primary,
     };
     let held: Vec<usize> = others(twin).filter(|&j| j < n_counted && stepper.is_held(j)).collect();
-    let adjoints = stepper.tip_adjoints(twin, &held)?;
-    let mut shape = twin.cables.shape();
-    twin.cables.measure(&stepper.state().positions, &mut shape);
-    Some(adjoints.map(|adjoint| {
-        let of_stroke = |(k, compliance): (usize, &f64)| {
-            twin.cables.row_times(&shape, twin.n_primary + k, &adjoint.of_force) / compliance
-        };
-        auxiliary.compliances.iter().enumerate().map(of_stroke).collect()
+    let derivatives = stepper.tip_derivatives(twin, &held)?;
+    Some(derivatives.per_tension.map(|row| {
+        let of_auxiliary = row[twin.n_primary..].iter().zip(&auxiliary.compliances);
+        of_auxiliary.map(|(per_tension, compliance)| per_tension / compliance).collect()
     }))
 }

@@ -8,6 +8,7 @@ use hysteron_fem::Mesh;
 use nalgebra::{Matrix3, Vector3};
 
 use super::sampling::FitSamples;
+use crate::chain::Chain;
 use crate::motion::RobotMotion;
 use crate::{Registration, Result, Target, Twin, alignment, rollouts};
 
@@ -48,9 +49,32 @@ pub(super) struct TwinResponse {
     pub tensions: Vec<Vec<Vec<f64>>>,
 }
 
+/// What a robot consists of, whatever its parameters are.
+#[derive(Debug, Clone, Copy)]
+pub struct FitBody<'a> {
+    /// The mesh.
+    pub mesh: &'a Mesh,
+    /// The chain that moves in its place, if any.
+    pub chain: Option<&'a Chain>,
+}
+
+impl FitBody<'_> {
+    /// The twin of a scene.
+    ///
+    /// # Errors
+    /// Those of [`Twin::new`] and of [`Chain::of`].
+    pub fn twin(&self, scene: &Scene) -> Result<Twin> {
+        let twin = Twin::new(scene, self.mesh)?;
+        match self.chain {
+            Some(chain) => chain.of(&twin).map(|chain| twin.with_chain(chain)),
+            None => Ok(twin),
+        }
+    }
+}
+
 /// Motions, what of them is compared, and how.
 pub(super) struct MotionComparison<'a> {
-    pub mesh: &'a Mesh,
+    pub body: FitBody<'a>,
     pub motions: &'a [RobotMotion],
     pub courses: Vec<FitSamples>,
     pub frame: TipFrame,
@@ -63,20 +87,20 @@ pub(super) struct MotionComparison<'a> {
 
 impl<'a> MotionComparison<'a> {
     pub fn new(
-        mesh: &'a Mesh,
+        body: FitBody<'a>,
         motions: &'a [RobotMotion],
         courses: Vec<FitSamples>,
         frame: TipFrame,
         tension_max: Vec<f64>,
         steps: &'a AtomicUsize,
     ) -> Self {
-        Self { mesh, motions, courses, frame, tension_max, steps, known: Mutex::new(Vec::new()) }
+        Self { body, motions, courses, frame, tension_max, steps, known: Mutex::new(Vec::new()) }
     }
 
     /// The same with other courses.
     pub fn along(&self, courses: Vec<FitSamples>) -> Self {
         let (frame, tension_max) = (self.frame, self.tension_max.clone());
-        Self::new(self.mesh, self.motions, courses, frame, tension_max, self.steps)
+        Self::new(self.body, self.motions, courses, frame, tension_max, self.steps)
     }
 
     /// Tips and tensions of the twin of `scene`; the tracker's frame has no effect on them and costs nothing.
@@ -93,7 +117,7 @@ impl<'a> MotionComparison<'a> {
         }
         let targets: Vec<Vec<Vec<Target>>> =
             self.courses.iter().map(|course| course.targets.clone()).collect();
-        let twin = Twin::new(&scene, self.mesh)?;
+        let twin = self.body.twin(&scene)?;
         let mut answer = TwinResponse { tips: Vec::new(), tensions: Vec::new() };
         for done in rollouts(&twin, &twin.rest(), &targets) {
             let done = done?;

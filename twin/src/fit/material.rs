@@ -7,18 +7,17 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use hysteron_base::Scene;
-use hysteron_fem::Mesh;
 use hysteron_fit::{
     Fit, Identifiability, IdentifiedParameter, Options, Parameter, Prior, TOLERANCE, least_squares, minimum,
     polished,
 };
 
-use super::comparison::{AxisErrors, MotionComparison, TipFrame, check_axes};
+use super::comparison::{AxisErrors, FitBody, MotionComparison, TipFrame, check_axes};
 use super::hints::{Hint, hints, steepest};
 use super::quantity::Selected;
 use super::sampling::{FitSamples, Stepping, courses};
+use crate::Result;
 use crate::motion::RobotMotion;
-use crate::{Result, Twin};
 
 /// How far a fit has come.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,11 +89,11 @@ const MAX_TURNS: usize = 3;
 /// the scene are tried.
 ///
 /// # Errors
-/// Those of [`courses`], [`Twin::new`] and the first pass through the motions; with [`TipFrame::Checked`], a tip that
+/// Those of [`courses`], [`FitBody::twin`] and the first pass through the motions; with [`TipFrame::Checked`], a tip that
 /// rests elsewhere than the twin's, unless the tracker's frame is fitted.
 pub fn fit_material(
     scene: &Scene,
-    mesh: &Mesh,
+    body: FitBody,
     motions: &[RobotMotion],
     selected: &[Selected],
     options: &MaterialOptions,
@@ -102,7 +101,7 @@ pub fn fit_material(
     let is_tracked = selected.iter().any(|selected| selected.quantity.name.starts_with("tracker"));
     match options.frame {
         TipFrame::Checked if !is_tracked => {
-            let twin = Twin::new(&Scene { auxiliary: None, ..scene.clone() }, mesh)?;
+            let twin = body.twin(&Scene { auxiliary: None, ..scene.clone() })?;
             motions.iter().try_for_each(|motion| motion.check_registration(&twin))?;
         }
         TipFrame::Checked | TipFrame::Trusted => {}
@@ -113,7 +112,7 @@ pub fn fit_material(
         options.tension_max.map_or(tendon.tension.max, |most| most.min(tendon.tension.max))
     };
     let fine = MotionComparison::new(
-        mesh,
+        body,
         motions,
         courses(motions, &options.stepping)?,
         options.frame,

@@ -11,7 +11,7 @@ mod material;
 mod quantity;
 mod sampling;
 
-pub use comparison::{AxisErrors, TipFrame};
+pub use comparison::{AxisErrors, FitBody, TipFrame};
 pub use hints::Hint;
 pub use hysteron_fit::{
     Fit, Identifiability, IdentifiedParameter, Options, Parameter, ParameterScale, Prior, TOLERANCE,

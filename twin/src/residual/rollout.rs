@@ -17,7 +17,7 @@ use crate::coreact::{
 use crate::friction_points::FrictionPoints;
 use crate::model::{Target, Twin};
 use crate::plant::{Plant, PlantStep};
-use crate::step::Stepper;
+use crate::stepper::Stepper;
 use crate::{Result, TipResponse, TwinState};
 
 /// A twin with its residual network.

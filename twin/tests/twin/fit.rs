@@ -6,8 +6,8 @@ use hysteron_base::{
 };
 use hysteron_fem::{Mesh, Order};
 use hysteron_twin::fit::{
-    FitParameter, FitSamples, Identifiability, MaterialFit, MaterialOptions, Stepping, TipFrame, courses,
-    fit_material, select,
+    FitBody, FitParameter, FitSamples, Identifiability, MaterialFit, MaterialOptions, Stepping, TipFrame,
+    courses, fit_material, select,
 };
 use hysteron_twin::{Result, RobotMotion, Target, Twin, rollout};
 use rand::RngExt;
@@ -72,7 +72,13 @@ fn fitted(
 ) -> Result<MaterialFit> {
     let motions = [motion(scene, mesh, recording)?];
     let names: Vec<_> = names.iter().copied().map(FitParameter::named).collect();
-    fit_material(scene, mesh, &motions, &select(scene, &names)?, &MaterialOptions { frame, ..OPTIONS })
+    fit_material(
+        scene,
+        FitBody { mesh, chain: None },
+        &motions,
+        &select(scene, &names)?,
+        &MaterialOptions { frame, ..OPTIONS },
+    )
 }
 
 #[test]
@@ -160,7 +166,8 @@ fn cantilever_under_known_tension_gives_its_modulus() {
     let selected = select(&scene, &[FitParameter::named("youngs_modulus")]).unwrap();
     let stepping = Stepping { step: 1e-6, every: 1e-6, ..STEPPING };
     let options = MaterialOptions { stepping, ..OPTIONS };
-    let found = fit_material(&scene, &mesh, &motions, &selected, &options).unwrap();
+    let found =
+        fit_material(&scene, FitBody { mesh: &mesh, chain: None }, &motions, &selected, &options).unwrap();
     // Beam theory: the clamp hinders the section over one radius, r / L = 7 % of it hindered by ν² = 16 %.
     assert_close("modulus", found.fit.estimates[0].value, modulus, 0.03 * modulus);
 }
@@ -280,7 +287,14 @@ fn friction_and_backlash_come_back() {
     // Every sample is a step: friction depends on all samples before.
     let stepping = Stepping { step: 0.0, ..STEPPING };
     let options = MaterialOptions { stepping, ..OPTIONS };
-    let found = fit_material(&scene, &mesh, &motions, &select(&scene, &names).unwrap(), &options).unwrap();
+    let found = fit_material(
+        &scene,
+        FitBody { mesh: &mesh, chain: None },
+        &motions,
+        &select(&scene, &names).unwrap(),
+        &options,
+    )
+    .unwrap();
     for (estimate, expected) in found.fit.estimates.iter().zip([0.2, 0.1e-3]) {
         // Four standard errors; a tenth of the value or less shows that the recording determines both.
         let error = estimate.standard_error.unwrap();
@@ -382,7 +396,8 @@ fn tension_beyond_what_drives_can_make_counts_against_a_fit() {
     let selected = select(&scene, &["youngs_modulus", "compliance"].map(FitParameter::named)).unwrap();
     let largest = |tension_max: Option<f64>| {
         let options = MaterialOptions { tension_max, ..OPTIONS };
-        let found = fit_material(&scene, &mesh, &motions, &selected, &options).unwrap();
+        let found = fit_material(&scene, FitBody { mesh: &mesh, chain: None }, &motions, &selected, &options)
+            .unwrap();
         found.tensions.iter().copied().fold(0.0, f64::max)
     };
     let free = largest(None);

@@ -108,6 +108,7 @@ pub fn scene(name: &str, law: MaterialLaw) -> Scene {
         hash: "0".repeat(64),
         mesh_path: "made-in-code.msh".into(),
         mesh_unit: LengthUnit::Metre,
+        reduced_path: None,
         clamp: Region::Group("base".into()),
         material: Material { law, youngs_modulus: 5e6, poisson_ratio: 0.4, density: 1200.0 },
         gravity: [0.0; 3],

@@ -183,6 +183,7 @@ pub fn twin(
         hash: String::new(),
         mesh_path: PathBuf::new(),
         mesh_unit: LengthUnit::Metre,
+        reduced_path: None,
         clamp: Region::Group("base".into()),
         material,
         gravity,

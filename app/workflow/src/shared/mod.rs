@@ -1,5 +1,6 @@
 //! Rooms that several verbs use.
 
+pub mod body;
 pub mod command_line;
 pub(crate) mod context;
 pub mod error;

@@ -58,7 +58,7 @@ impl Outputs {
 
     /// It reads a scene and what that names.
     pub fn scene(self, path: &Path, scene: &Scene) -> Self {
-        self.and([path, &scene.mesh_path])
+        self.and([path, &scene.mesh_path]).and(&scene.reduced_path)
     }
 
     /// It reads a target and what that names.

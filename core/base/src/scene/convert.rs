@@ -71,6 +71,10 @@ pub(super) fn scene(typed: schema::SceneFile, folder: &Path) -> Check<Scene> {
         hash: String::new(),
         mesh_path: folder.join(text("mesh.file", typed.mesh.file)?),
         mesh_unit: typed.mesh.unit,
+        reduced_path: match typed.reduced {
+            Some(typed) => Some(folder.join(text("reduced.file", typed.file)?)),
+            None => None,
+        },
         clamp: region("clamp", typed.clamp.group, typed.clamp.box_min_mm, typed.clamp.box_max_mm)?,
         material: material(&typed.material)?,
         inserts: typed.insert.into_iter().enumerate().map(insert).collect::<Check<_>>()?,

@@ -20,7 +20,7 @@ pub struct Scene {
     /// Seed of every random stream, see [`crate::rng`].
     pub seed: u64,
     /// SHA-256 of all that decides where the tip goes, 64 hexadecimal digits: the values of the scene, however they are
-    /// typed, the bytes of the mesh, and the version of the equations.
+    /// typed, the bytes of the mesh and of the reduced body, and the version of the equations.
     #[serde(skip)]
     pub hash: String,
     /// File of the mesh, already relative to the current folder rather than to the scene.
@@ -28,6 +28,9 @@ pub struct Scene {
     pub mesh_path: PathBuf,
     /// Unit of the mesh file.
     pub mesh_unit: LengthUnit,
+    /// File of the reduced body that moves in place of the mesh, if any; relative as the mesh is.
+    #[serde(skip)]
+    pub reduced_path: Option<PathBuf>,
     /// Nodes that cannot move.
     pub clamp: Region,
     /// Material of the whole body.
@@ -272,8 +275,8 @@ impl Default for Solver {
 const EQUATIONS: u32 = 1;
 
 impl Scene {
-    /// Reads and validates a scene file; the mesh path in it is taken relative to its folder. Of the mesh only the
-    /// hash is taken.
+    /// Reads and validates a scene file; the paths in it are taken relative to its folder. Of the mesh and of the reduced body
+    /// only the hash is taken.
     ///
     /// # Errors
     /// `BadInput` naming the key, what it may be and what it was, or that there is no mesh; `Io` if a file cannot be
@@ -283,7 +286,21 @@ impl Scene {
         let folder = path.parent().unwrap_or(Path::new(""));
         let scene = Self::from_toml(&file::read_text(path)?, &path.display().to_string(), folder)?;
         let mesh = file::sha256_of(&scene.mesh_path)?;
-        Ok(Self { hash: file::sha256_hex(format!("{}\n{mesh}", scene.hash).as_bytes()), ..scene })
+        let hash = file::sha256_hex(format!("{}\n{mesh}", scene.hash).as_bytes());
+        let scene = Self { hash, ..scene };
+        match scene.reduced_path.clone() {
+            Some(path) => scene.reduced(path),
+            None => Ok(scene),
+        }
+    }
+
+    /// The scene that was read, with the reduced body of a file in place of its mesh.
+    ///
+    /// # Errors
+    /// `Io` if the file cannot be read.
+    pub fn reduced(self, path: PathBuf) -> Result<Self> {
+        let hash = file::sha256_hex(format!("{}\nreduced {}", self.hash, file::sha256_of(&path)?).as_bytes());
+        Ok(Self { hash, reduced_path: Some(path), ..self })
     }
 
     /// The scene in the text of a scene file; `place` names the file in messages, `folder` is where the

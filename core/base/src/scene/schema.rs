@@ -17,6 +17,7 @@ pub(super) struct SceneFile {
     pub name: String,
     pub seed: u64,
     pub mesh: MeshTable,
+    pub reduced: Option<ReducedTable>,
     pub clamp: Clamp,
     pub material: MaterialTable,
     #[serde(default)]
@@ -38,6 +39,12 @@ pub(super) struct SceneFile {
 pub(super) struct MeshTable {
     pub file: String,
     pub unit: LengthUnit,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ReducedTable {
+    pub file: String,
 }
 
 #[derive(Debug, Deserialize)]

@@ -485,3 +485,24 @@ fn hash_is_of_values_and_mesh_and_not_of_how_they_are_typed() {
     assert_ne!(hash(&other, "a mesh", "tpu80.msh"), first);
     assert_ne!(hash(EXAMPLE, "another mesh", "tpu80.msh"), first);
 }
+
+#[test]
+fn reduced_body_is_a_part_of_the_hash_wherever_it_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    file::write_bytes(&place("tpu80.msh"), "a mesh").unwrap();
+    file::write_bytes(&place("chain.json"), "a chain").unwrap();
+    let with = |text: &str| {
+        file::write_bytes(&place("scene.toml"), text).unwrap();
+        Scene::read(place("scene.toml")).unwrap()
+    };
+    let plain = with(EXAMPLE);
+    assert_eq!(plain.reduced_path, None);
+    let named = with(&EXAMPLE.replace("[clamp]", "[reduced]\nfile = \"chain.json\"\n[clamp]"));
+    assert_eq!(named.reduced_path, Some(place("chain.json")));
+    assert_ne!(named.hash, plain.hash);
+    assert_eq!(plain.clone().reduced(place("chain.json")).unwrap(), named);
+    file::write_bytes(&place("chain.json"), "another chain").unwrap();
+    assert_ne!(plain.reduced(place("chain.json")).unwrap().hash, named.hash);
+    rejects("[clamp]", "[reduced]\nfile = \"\"\n[clamp]", "reduced.file", "");
+}

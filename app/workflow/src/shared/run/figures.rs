@@ -115,11 +115,12 @@ pub(super) fn tip_path(run: &Run) -> anyhow::Result<PathViews> {
 /// The robot where its tip was farthest from rest, with its tendons.
 pub(super) fn robot(run: &Run) -> BodyViews {
     let (row, state) = run.farthest;
+    let nodes = run.twin.nodes_of(state);
     let mm = |points: &[[f64; 4]]| -> Vec<[f64; 3]> {
         points.iter().map(|[x, y, z, _]| [1e3 * x, 1e3 * y, 1e3 * z]).collect()
     };
     let tendon = |(j, tendon): (usize, &TwinTendon)| {
-        let points = run.twin.cables.polyline(j, &state.positions);
+        let points = run.twin.cables.polyline(j, &nodes);
         TensionLine {
             name: tendon.name.clone(),
             rank: if j < run.twin.n_primary { Rank::Primary } else { Rank::Auxiliary },
@@ -137,7 +138,7 @@ pub(super) fn robot(run: &Run) -> BodyViews {
         ),
         faces: run.twin.body.cells.surface(),
         rest: mm(&run.twin.body.rest),
-        moved: mm(&state.positions),
+        moved: mm(&nodes),
         lines: run.twin.tendons.iter().enumerate().map(tendon).collect(),
     }
 }

@@ -23,4 +23,4 @@ mod trace;
 pub use input::Task;
 pub use options::RunOptions;
 pub use outcome::Outcome;
-pub use run::{ModelFile, run};
+pub use run::run;

@@ -3,12 +3,17 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
+use crate::shared::body::BodyOptions;
+
 /// Scene and outputs, the same for every verb that makes a run.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct RunOptions {
     /// Scene file of the robot (scene.toml)
     pub scene: PathBuf,
+    /// The body that moves it.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub body: BodyOptions,
     /// Recording to write, .parquet or .csv
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
     pub out: PathBuf,

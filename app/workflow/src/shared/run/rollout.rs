@@ -2,7 +2,6 @@
 
 use std::time::Instant;
 
-use hysteron_twin::chain::{Chain, ChainStepper};
 use hysteron_twin::{Stepper, Twin, TwinState};
 
 use super::command::Command;
@@ -26,16 +25,6 @@ pub struct RunState {
     pub n_outside: usize,
 }
 
-/// The model that moves the robot in a run.
-pub enum RunModel<'a, 'b> {
-    /// The twin.
-    Twin,
-    /// The twin with a residual network.
-    Network(&'a mut Residual<'b>),
-    /// A chain that stands for the twin's body.
-    Chain(&'a Chain),
-}
-
 /// How a run ended.
 pub enum RunEnd {
     /// It has all samples.
@@ -50,7 +39,6 @@ pub enum RunEnd {
 enum Driver<'a, 'b> {
     Stepper(Box<Stepper>),
     Network(&'a mut Residual<'b>),
-    Chain(&'a Chain, Box<ChainStepper>),
 }
 
 impl RunState {
@@ -62,12 +50,11 @@ impl RunState {
 }
 
 impl<'a, 'b> Driver<'a, 'b> {
-    /// From an equilibrium of the twin; networks and chains begin at rest.
-    fn new(twin: &Twin, model: RunModel<'a, 'b>, start: &TwinState) -> anyhow::Result<Self> {
-        Ok(match model {
-            RunModel::Network(residual) => Self::Network(residual),
-            RunModel::Chain(chain) => Self::Chain(chain, Box::new(ChainStepper::new(twin, chain))),
-            RunModel::Twin => {
+    /// From an equilibrium of the twin; a network begins at rest.
+    fn new(twin: &Twin, residual: Option<&'a mut Residual<'b>>, start: &TwinState) -> anyhow::Result<Self> {
+        Ok(match residual {
+            Some(residual) => Self::Network(residual),
+            None => {
                 let mut stepper = Stepper::new(twin);
                 stepper.restore(twin, start)?;
                 Self::Stepper(Box::new(stepper))
@@ -88,12 +75,6 @@ impl<'a, 'b> Driver<'a, 'b> {
                 let step = residual.step(&command.primary_strokes(row), &mut run.twin)?;
                 (step.report, step.tip, twin.commands_of(&run.twin))
             }
-            Self::Chain(chain, stepper) => {
-                let report = stepper.step(twin, chain, &command.targets(row))?;
-                chain.copy_tensions(stepper.state(), &mut run.twin);
-                run.n_outside += usize::from(report.outside > 0.0);
-                (report, chain.tip_of(stepper.state()), stepper.commands(twin))
-            }
             Self::Stepper(stepper) => {
                 let targets = command.targets(row);
                 let step = match &command.goals {
@@ -104,18 +85,12 @@ impl<'a, 'b> Driver<'a, 'b> {
                     }),
                 };
                 run.twin.clone_from(stepper.state());
-                (step?, twin.tip_of(&run.twin), twin.commands_of(&run.twin))
+                (step?, twin.tip_of(&run.twin), stepper.commands(twin))
             }
         };
+        run.n_outside += usize::from(report.outside > 0.0);
         run.summary.add(&report);
         command.overloaded(twin, &run.twin).map_or(Ok((tip, strokes)), Err)
-    }
-
-    /// Brings the nodes of `state`, of the sample that was just made, to where pictures show them.
-    fn show(&self, twin: &Twin, state: &mut TwinState) {
-        if let Self::Chain(chain, stepper) = self {
-            chain.move_nodes(twin, stepper.state(), state);
-        }
     }
 }
 
@@ -123,12 +98,12 @@ impl<'a, 'b> Driver<'a, 'b> {
 pub fn follow(
     twin: &Twin,
     command: &Command,
-    model: RunModel,
+    residual: Option<&mut Residual>,
     run: &mut RunState,
     mut series: Option<&mut Series>,
     context: &Context,
 ) -> anyhow::Result<RunEnd> {
-    let mut driver = Driver::new(twin, model, &run.twin)?;
+    let mut driver = Driver::new(twin, residual, &run.twin)?;
     let rest = twin.tip_of(&twin.rest());
     let distance = |tip: [f64; 3]| (0..3).map(|c| (tip[c] - rest[c]).powi(2)).sum::<f64>();
     let mut largest = f64::NEG_INFINITY;
@@ -151,13 +126,8 @@ pub fn follow(
             }
         };
         run.trace.push(&run.twin, &strokes, tip);
-        let is_pictured = series.as_ref().is_some_and(|series| series.has(row));
-        let is_farthest = distance(tip) > largest;
-        if is_pictured || is_farthest {
-            driver.show(twin, &mut run.twin);
-        }
         before.clone_from(&run.twin);
-        if is_farthest {
+        if distance(tip) > largest {
             largest = distance(tip);
             run.farthest.0 = row;
             run.farthest.1.clone_from(&run.twin);

@@ -8,7 +8,6 @@ use hysteron_base::{BadInput, Metadata, Recording, Scene, file};
 use hysteron_control::score::score;
 use hysteron_fem::{Mesh, MeshQuality};
 use hysteron_report::folder::ReportFolder;
-use hysteron_twin::chain::Chain;
 use hysteron_twin::{LockedMove, LockingEstimator, RunLocking, Twin, TwinState};
 
 use super::command::Command;
@@ -18,7 +17,7 @@ use super::outcome::{Outcome, Run};
 use super::page;
 use super::partial::Partial;
 use super::residual::Residual;
-use super::rollout::{RunEnd, RunModel, RunState, follow};
+use super::rollout::{RunEnd, RunState, follow};
 use super::series::{self, Series};
 use super::summary::RunSummary;
 use super::trace::Trace;
@@ -29,27 +28,7 @@ use crate::shared::plan::angles_of;
 use crate::shared::shapes::TipShapes;
 use crate::shared::{locking, memory};
 
-/// File that a run takes besides the scene.
-#[derive(Debug, Clone, Copy)]
-pub enum ModelFile<'a> {
-    /// None: the twin moves the robot.
-    Scene,
-    /// Checkpoint of a residual network.
-    Residual(&'a Path),
-    /// Chain that stands for the twin's body.
-    Chain(&'a Path),
-}
-
-impl<'a> ModelFile<'a> {
-    fn path(self) -> Option<&'a Path> {
-        match self {
-            Self::Scene => None,
-            Self::Residual(path) | Self::Chain(path) => Some(path),
-        }
-    }
-}
-
-/// Makes a run through the recording at `path`, with the model of a file.
+/// Makes a run through the recording at `path`, with the residual network of a checkpoint where there is one.
 ///
 /// # Errors
 /// Bad input; an interruption; a sample without a solution; files that cannot be written.
@@ -57,34 +36,25 @@ pub fn run(
     task: Task,
     path: &Path,
     options: &RunOptions,
-    model: ModelFile,
+    residual: Option<&Path>,
     context: &Context,
 ) -> anyhow::Result<Outcome> {
     let partial = Partial::of(&options.out)?;
-    let scene = Scene::read(&options.scene)?;
+    let scene = options.body.scene(&options.scene)?;
     let input = RunInput::read(task, path)?;
-    let _lock = outputs(options, &scene, &input, model.path(), &partial).check(context)?;
+    let _lock = outputs(options, &scene, &input, residual, &partial).check(context)?;
     let (mesh, quality) = hysteron_twin::read_body(&scene)?;
-    let twin = Twin::new(&scene, &mesh)?;
+    let twin = Twin::new(&scene, &mesh)?.with_body_of(&scene)?;
     let command = input.command(&twin)?;
     let mut provenance = input.provenance(&scene, context);
-    let (mut network, mut chain) = (None, None);
-    match model {
-        ModelFile::Scene => {}
-        ModelFile::Residual(path) => {
-            check_residual(options, &command)?;
-            provenance.extra.insert("residual_sha256".to_owned(), file::sha256_of(path)?);
-            network = Some(Network::read(path, &scene, &twin)?);
-        }
-        ModelFile::Chain(path) => {
-            check_start(
-                options,
-                "--reduced",
-                "a state has the nodes of the mesh, which a chain does not have",
-            )?;
-            provenance.extra.insert("chain_sha256".to_owned(), file::sha256_of(path)?);
-            chain = Some(Chain::read(path, &twin, &scene.hash)?);
-        }
+    if let Some(path) = &scene.reduced_path {
+        provenance.extra.insert("chain_sha256".to_owned(), file::sha256_of(path)?);
+    }
+    let mut network = None;
+    if let Some(path) = residual {
+        check_residual(options, &command)?;
+        provenance.extra.insert("residual_sha256".to_owned(), file::sha256_of(path)?);
+        network = Some(Network::read(path, &scene, &twin)?);
     }
     let mut residual = match &network {
         Some(network) => Some(Residual::new(network, &twin, input.sample_duration()?)?),
@@ -100,12 +70,7 @@ pub fn run(
 
     context.listen();
     let mut series = series_of(options, &twin, &command, state.trace.len())?;
-    let model = match (&mut residual, &chain) {
-        (Some(residual), _) => RunModel::Network(residual),
-        (None, Some(chain)) => RunModel::Chain(chain),
-        (None, None) => RunModel::Twin,
-    };
-    let end = follow(&twin, &command, model, &mut state, series.as_mut(), context)?;
+    let end = follow(&twin, &command, residual.as_mut(), &mut state, series.as_mut(), context)?;
     if let Some(mut series) = series {
         series.finish()?;
     }
@@ -113,7 +78,7 @@ pub fn run(
     let RunState { twin: last, trace, mut summary, farthest, n_outside } = state;
     let n_done = trace.len();
     summary.extrapolated = residual.as_ref().map(Residual::extrapolated);
-    summary.outside_validation = chain.as_ref().map(|_| n_outside as f64 / n_done.max(1) as f64);
+    summary.outside_validation = twin.chain.as_ref().map(|_| n_outside as f64 / n_done.max(1) as f64);
     let further = residual.map_or_else(Vec::new, |residual| residual.into_channels(n_done));
     let is_complete = matches!(end, RunEnd::Done);
     provenance.extra.insert("complete".to_owned(), is_complete.to_string());
@@ -290,18 +255,13 @@ fn outputs(
     outputs
 }
 
-/// Fails for a run that does not start from rest, with an option that needs one that does.
-fn check_start(options: &RunOptions, option: &str, reason: &str) -> Result<(), BadInput> {
-    let start = if options.resume { Some("--resume") } else { options.from.as_ref().map(|_| "--from") };
-    match start {
-        Some(start) => Err(BadInput::new(option, "a run from rest", start).hint(reason)),
-        None => Ok(()),
-    }
-}
-
 /// The network remembers, and its memory is not saved: a run with it starts from rest.
 fn check_residual(options: &RunOptions, command: &Command) -> Result<(), BadInput> {
-    check_start(options, "--residual", "the memory of the network is no part of a state")?;
+    let start = if options.resume { Some("--resume") } else { options.from.as_ref().map(|_| "--from") };
+    if let Some(start) = start {
+        return Err(BadInput::new("--residual", "a run from rest", start)
+            .hint("the memory of the network is no part of a state"));
+    }
     if command.primary_strokes(0).len() != command.n_primary {
         return Err(BadInput::new(
             "--residual",

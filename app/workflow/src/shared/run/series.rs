@@ -68,7 +68,8 @@ impl Series {
             return Ok(());
         }
         let [body, tendons] = self.files(row);
-        let points = twin.body.in_file_order(&state.positions);
+        let nodes = twin.nodes_of(state);
+        let points = twin.body.in_file_order(&nodes);
         let moved: Vec<[f64; 3]> =
             points.iter().zip(&self.rest).map(|(x, rest)| std::array::from_fn(|c| x[c] - rest[c])).collect();
         let displacement = VtkArray { name: "displacement_m", values: ArrayValues::Vectors(&moved) };
@@ -76,7 +77,7 @@ impl Series {
         self.list.add(time, 0, &body)?;
         if !twin.cables.is_empty() {
             let lines: Vec<Vec<[f64; 3]>> =
-                (0..twin.tendons.len()).map(|j| twin.cables.polyline(j, &state.positions)).collect();
+                (0..twin.tendons.len()).map(|j| twin.cables.polyline(j, &nodes)).collect();
             let strokes = twin.strokes_of(state);
             let line_data = [
                 VtkArray {

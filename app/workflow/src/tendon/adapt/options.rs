@@ -5,6 +5,8 @@ use std::path::PathBuf;
 #[cfg(feature = "clap")]
 use hysteron_twin::residual::AdaptOptions;
 
+use crate::shared::body::BodyOptions;
+
 /// Adapt a calibrated twin to new recordings
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
@@ -18,6 +20,9 @@ pub struct Options {
     /// Scene file of the robot (scene.toml)
     #[cfg_attr(feature = "clap", arg(long, value_name = "SCENE"))]
     pub scene: PathBuf,
+    /// The body that moves it.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub body: BodyOptions,
     /// Checkpoint to write, .safetensors
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub out: PathBuf,

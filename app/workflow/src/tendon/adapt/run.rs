@@ -1,6 +1,5 @@
 //! The adaptation: checkpoint and recordings, the fit, the checkpoint with what is kept.
 
-use hysteron_base::Scene;
 use hysteron_base::checks::Purpose;
 use hysteron_report::page::write_metrics;
 use hysteron_twin::residual::{AdaptOptions, adapt, n_samples};
@@ -24,7 +23,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 
 fn adapt_network(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     paths::check_checkpoint(&options.out)?;
-    let scene = Scene::read(&options.scene)?;
+    let scene = options.body.scene(&options.scene)?;
     let twin = Twin::from_scene(&scene)?;
     let network = Network::read(&options.checkpoint, &scene, &twin)?;
     let inputs = inputs::read(&options.recordings)?;

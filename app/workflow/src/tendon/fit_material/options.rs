@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use hysteron_base::BadInput;
 use hysteron_twin::fit::TipFrame;
 
+use crate::shared::body::BodyOptions;
+
 /// More than any set of recordings has.
 pub const MAX_STEPS: usize = 10_000_000;
 
@@ -16,6 +18,9 @@ pub const MAX_STEPS: usize = 10_000_000;
 pub struct Options {
     /// Scene file of the robot (scene.toml)
     pub scene: PathBuf,
+    /// The body that moves it.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub body: BodyOptions,
     /// Recordings with commands and tip, or folders of them
     #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
     pub recordings: Vec<PathBuf>,

@@ -6,10 +6,9 @@ use std::time::Instant;
 use anyhow::Context as _;
 use hysteron_base::checks::Purpose;
 use hysteron_base::{BadInput, Recording, Scene};
-use hysteron_fem::Mesh;
 use hysteron_report::folder::ReportFolder;
 use hysteron_twin::fit::{
-    Fit, FitParameter, MaterialFit, MaterialOptions, Selected, Stepping, fit_material, select,
+    Fit, FitBody, FitParameter, MaterialFit, MaterialOptions, Selected, Stepping, fit_material, select,
 };
 use hysteron_twin::{RobotMotion, Twin};
 
@@ -32,12 +31,13 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 
 fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     options.check()?;
-    let scene = Scene::read(&options.scene)?;
+    let scene = options.body.scene(&options.scene)?;
     let names = match &options.fit_file {
         Some(path) => quantities::read(path)?,
         None => options.fit.iter().map(FitParameter::named).collect(),
     };
     let selected = select(&scene, &names)?;
+    check_body(&scene, &selected)?;
     let files = inputs::files(&options.recordings)?;
     let outputs = Outputs::reading(&files).scene(&options.scene, &scene).and(&options.fit_file);
     let outputs = outputs.file("--out", &options.out).report("--figures", options.figures.as_deref());
@@ -46,7 +46,8 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     memory::check_copies("recordings", &recordings)?;
     let chosen = of_role(&files, &recordings, options.role.as_deref())?;
     let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
-    let twin = Twin::new(&scene, &mesh)?;
+    let twin = Twin::new(&scene, &mesh)?.with_body_of(&scene)?;
+    let body = FitBody { mesh: &mesh, chain: twin.chain.as_deref() };
     let checks = recording_checks::context_of(&twin, Purpose::Fit);
     let findings = recording_checks::of_recordings(&files, &recordings, &checks)?;
     let motions = motions(&chosen, &twin)?;
@@ -63,7 +64,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
 
     context.listen();
     let start = Instant::now();
-    let found = search(options, (&scene, &mesh), &motions, &selected, context)?;
+    let found = search(options, (&scene, body), &motions, &selected, context)?;
     if context.is_cancelled() {
         return Err(Cancelled::new("; nothing is written").into());
     }
@@ -89,10 +90,22 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
+/// Refuses a parameter that a chain of sections does not follow.
+fn check_body(scene: &Scene, selected: &[Selected]) -> Result<(), BadInput> {
+    let fixed = |selected: &&Selected| selected.quantity.name == "poisson_ratio";
+    match selected.iter().find(fixed).filter(|_| scene.reduced_path.is_some()) {
+        Some(selected) => {
+            Err(BadInput::new("--fit", "what the reduced body follows", selected.quantity.name)
+                .hint("a chain is made for one Poisson's ratio; fit it with the mesh, or leave it out"))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Searches for the parameters.
 fn search(
     options: &Options,
-    (scene, mesh): (&Scene, &Mesh),
+    (scene, body): (&Scene, FitBody),
     motions: &[RobotMotion],
     selected: &[Selected],
     context: &Context,
@@ -113,7 +126,7 @@ fn search(
             !context.is_cancelled()
         },
     };
-    let found = fit_material(scene, mesh, motions, selected, &settings)?;
+    let found = fit_material(scene, body, motions, selected, &settings)?;
     bar.finish();
     Ok(found)
 }

@@ -63,9 +63,13 @@ pub fn write(from: &Path, old: &Scene, new: &Scene, to: &Path, context: &Context
         set_vector(tracker, "turn_deg", new.tracker.turn);
         set_vector(tracker, "shift_mm", new.tracker.shift);
     }
-    let mesh = relative(&new.mesh_path, to.parent().unwrap_or(Path::new("")))?;
-    let place = text.get_mut("mesh").and_then(Item::as_table_like_mut).context("no [mesh]")?;
-    replace(place, "file", value(mesh.to_string_lossy().into_owned()));
+    let files = [("mesh", Some(&new.mesh_path)), ("reduced", new.reduced_path.as_ref())];
+    for (table, path) in files.into_iter().filter_map(|(table, path)| Some((table, path?))) {
+        let path = relative(path, to.parent().unwrap_or(Path::new("")))?;
+        let place = text.entry(table).or_insert_with(toml_edit::table);
+        let place = place.as_table_like_mut().with_context(|| format!("no [{table}]"))?;
+        replace(place, "file", value(path.to_string_lossy().into_owned()));
+    }
 
     // The written file must be a scene with these numbers up to the digits written.
     let text = text.to_string();

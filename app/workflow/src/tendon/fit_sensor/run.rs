@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hysteron_base::checks::Purpose;
-use hysteron_base::{BadInput, Scene, file, json, parallel};
+use hysteron_base::{BadInput, file, json, parallel};
 use hysteron_twin::Twin;
 use hysteron_twin::sense::{ForceSensor, KnownForce, RecordingObservations, fit_sensor};
 use serde::Deserialize;
@@ -29,7 +29,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     options.check()?;
     let stall_torque = options.servos.as_deref().map(load_scale).transpose()?.unwrap_or(options.stall_torque);
-    let scene = Scene::read(&options.scene)?;
+    let scene = options.body.scene(&options.scene)?;
     let twin = Twin::from_scene(&scene)?;
     let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
     let files = inputs::read(&options.recordings)?;

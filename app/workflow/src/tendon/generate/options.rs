@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::shard::Shard;
+use crate::shared::body::BodyOptions;
 
 /// Run a plan on the calibrated twin: synthetic data
 #[derive(Debug, Clone)]
@@ -10,6 +11,9 @@ use super::shard::Shard;
 pub struct Options {
     /// Scene file of the robot (scene.toml)
     pub scene: PathBuf,
+    /// The body that moves it.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub body: BodyOptions,
     /// Checkpoint by hysteron fit-residual
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub residual: Option<PathBuf>,

@@ -43,7 +43,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 
 /// Simulates the trajectories that are missing, and writes them with their card.
 fn generate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
-    let scene = Scene::read(&options.scene)?;
+    let scene = options.body.scene(&options.scene)?;
     let twin = Twin::from_scene(&scene)?;
     let network = options.residual.as_deref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
     let real = if options.real.is_empty() { Vec::new() } else { inputs::read(&options.real)? };

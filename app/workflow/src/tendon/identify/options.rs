@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::shared::body::BodyOptions;
+
 /// More than any sample needs.
 pub const MAX_ROUNDS: usize = 100;
 
@@ -11,6 +13,9 @@ pub const MAX_ROUNDS: usize = 100;
 pub struct Options {
     /// Scene file of the robot (scene.toml), with auxiliary tendons
     pub scene: PathBuf,
+    /// The body that moves it.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub body: BodyOptions,
     /// Recordings, .parquet or .csv, or folders of them
     #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
     pub recordings: Vec<PathBuf>,

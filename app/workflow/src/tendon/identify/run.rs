@@ -41,7 +41,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 
 fn identify_recordings(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let settings = settings(options);
-    let scene = Scene::read(&options.scene)?;
+    let scene = options.body.scene(&options.scene)?;
     let twin = Twin::from_scene(&scene)?;
     let auxiliary = AuxiliaryLimits::new(&twin)?;
     let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;

@@ -1,7 +1,7 @@
 //! The public function of the verb; the recipe is that of every run.
 
 use super::options::Options;
-use crate::shared::run::{self, ModelFile, Outcome, Task};
+use crate::shared::run::{self, Outcome, Task};
 use crate::{Context, WorkflowError};
 
 /// Runs the verb.
@@ -10,5 +10,5 @@ use crate::{Context, WorkflowError};
 /// Bad input; an interruption; a sample without a solution.
 pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
     let task = Task::Reach(1e-3 * options.tolerance_mm);
-    Ok(run::run(task, &options.goals, &options.run, ModelFile::Scene, context)?)
+    Ok(run::run(task, &options.goals, &options.run, None, context)?)
 }

@@ -28,7 +28,7 @@ pub struct Options {
     /// Largest tension of auxiliary tendons in the comparison, either way, within the bounds of the scene
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 10.0))]
     pub tension_n: f64,
-    /// Chain to write, .json; for hysteron simulate --reduced
+    /// Chain to write, .json; for --reduced, or [reduced] of the scene
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub out: PathBuf,
 }

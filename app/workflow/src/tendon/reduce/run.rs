@@ -21,7 +21,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 fn reduce(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     options.check()?;
     let scene = Scene::read(&options.scene)?;
-    let twin = Twin::from_scene(&scene)?;
+    let twin = Twin::new(&scene, &hysteron_twin::read_body(&scene)?.0)?;
     let outputs = Outputs::default().scene(&options.scene, &scene).file("--out", &options.out);
     let _lock = outputs.check(context)?;
     let mut chain = Chain::new(&twin)?;
@@ -35,7 +35,7 @@ fn reduce(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     if context.is_cancelled() {
         return Err(Cancelled::new("; nothing is written").into());
     }
-    chain.write(&options.out, &scene.hash, &context.command)?;
+    chain.write(&options.out, &context.command)?;
     let errors = chain.validation.clone().unwrap_or_default();
     let outcome = Outcome::new(options.out.clone(), &scene.hash, &twin, &chain, errors);
     context.wrote(&options.out);

@@ -2,12 +2,17 @@
 
 use std::path::PathBuf;
 
+use crate::shared::body::BodyOptions;
+
 /// Estimate tensions and the force on the tip from a recording
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Options {
     /// Scene file of the robot (scene.toml)
     pub scene: PathBuf,
+    /// The body that moves it.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub body: BodyOptions,
     /// Recording of strokes and tip, .parquet or .csv; with ticks and loads where there are servos
     #[cfg_attr(feature = "clap", arg(value_name = "REC"))]
     pub recording: PathBuf,

@@ -2,7 +2,7 @@
 
 use hysteron_base::checks::Purpose;
 use hysteron_base::number::shown;
-use hysteron_base::{BadInput, Channel, Metadata, Recording, Scene};
+use hysteron_base::{BadInput, Channel, Metadata, Recording};
 use hysteron_report::folder::ReportFolder;
 use hysteron_twin::Twin;
 use hysteron_twin::sense::{
@@ -29,7 +29,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 
 fn sense(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     paths::check_recording(&options.out)?;
-    let scene = Scene::read(&options.scene)?;
+    let scene = options.body.scene(&options.scene)?;
     let twin = Twin::from_scene(&scene)?;
     let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
     let robot =

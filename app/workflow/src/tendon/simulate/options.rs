@@ -18,9 +18,6 @@ pub struct Options {
     /// twin's tip
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub residual: Option<PathBuf>,
-    /// Chain by hysteron reduce: it moves the robot in place of the finite elements
-    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", conflicts_with_all = ["residual", "from", "save_state", "resume"]))]
-    pub reduced: Option<PathBuf>,
     /// Scene and outputs.
     #[cfg_attr(feature = "clap", command(flatten))]
     pub run: RunOptions,

@@ -1,7 +1,7 @@
 //! The public function of the verb; the recipe is that of every run.
 
 use super::options::Options;
-use crate::shared::run::{self, ModelFile, Outcome, Task};
+use crate::shared::run::{self, Outcome, Task};
 use crate::{Context, WorkflowError};
 
 /// Runs the verb.
@@ -9,10 +9,6 @@ use crate::{Context, WorkflowError};
 /// # Errors
 /// Bad input; an interruption; a sample without a solution.
 pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowError> {
-    let model = match (&options.residual, &options.reduced) {
-        (Some(path), _) => ModelFile::Residual(path),
-        (None, Some(path)) => ModelFile::Chain(path),
-        (None, None) => ModelFile::Scene,
-    };
-    Ok(run::run(Task::Simulate, &options.strokes, &options.run, model, context)?)
+    let residual = options.residual.as_deref();
+    Ok(run::run(Task::Simulate, &options.strokes, &options.run, residual, context)?)
 }

@@ -2,15 +2,13 @@
 
 use hysteron_base::BadInput;
 
-use crate::adjoint::{TipAdjoint, tip_adjoints};
-use crate::equilibrium_residual::{EquilibriumResidual, StepTargets};
+use crate::chain::Interface;
+use crate::equilibrium_residual::StepTargets;
 use crate::friction::{bounds_into, change_of_bounds, commit_slip, follow_backlash, stick};
 use crate::friction_points::FrictionPoints;
 use crate::model::{Target, Twin};
-use crate::newton::{Newton, NewtonFailure, StepSearch};
-use crate::projection::Projection;
-use crate::quasi_newton::QuasiNewton;
 use crate::report::StepReport;
+use crate::solver::{Solver, Stuck, TensionResponse, TipDerivatives};
 use crate::state::TwinState;
 use crate::tip::TipResponse;
 use crate::{Error, Result};
@@ -18,13 +16,10 @@ use crate::{Error, Result};
 /// Smallest part of a step that is tried before giving up.
 const MIN_STEP_LENGTH: f64 = 1.0 / 4096.0;
 
-/// Largest part of a step that is tried with damping: on a larger one, a smaller one is cheaper.
-const MAX_DAMPED_STEP_LENGTH: f64 = 1.0 / 16.0;
-
 /// Change of a friction bound, of the largest, above which a step is made again with the bounds of where it led, and
 /// how often at most: a jump then ends with the friction of its end.
-pub(crate) const LAGGING: f64 = 0.1;
-pub(crate) const MAX_REPEATS: usize = 8;
+const LAGGING: f64 = 0.1;
+const MAX_REPEATS: usize = 8;
 
 /// Slip and backlash state of an equilibrium with its friction bounds: one value that a step is made from, several times where
 /// it has to be, and that a step commits.
@@ -42,7 +37,7 @@ pub(crate) struct LinearisedStep<'a> {
     /// The state.
     pub state: &'a TwinState,
     /// With the lagged factor: approximate.
-    pub projection: &'a Projection,
+    pub response: TensionResponse,
     /// Stroke residual of each cable [m]; zero where its tension is prescribed.
     pub stroke_residual: &'a [f64],
     /// Bounds of the tensions [N].
@@ -58,10 +53,7 @@ pub(crate) struct LinearisedStep<'a> {
 #[derive(Debug, Clone)]
 pub struct Stepper {
     control: StepTargets,
-    balance: EquilibriumResidual,
-    quasi_newton: QuasiNewton,
-    /// Made when first needed.
-    newton: Option<Box<Newton>>,
+    solver: Solver,
     /// The last equilibrium on the way, to return to.
     saved: TwinState,
     /// The equilibrium that is committed.
@@ -77,9 +69,7 @@ impl Stepper {
     pub fn new(twin: &Twin) -> Self {
         let mut stepper = Self {
             control: StepTargets::new(twin, &vec![Target::Free; twin.tendons.len()]),
-            balance: EquilibriumResidual::new(twin),
-            quasi_newton: QuasiNewton::new(twin),
-            newton: None,
+            solver: Solver::new(twin),
             saved: twin.rest(),
             state: twin.rest(),
             bounds: vec![0.0; twin.friction.len()],
@@ -94,6 +84,14 @@ impl Stepper {
         &self.state
     }
 
+    /// The stroke that a servo shows for every tendon at the present equilibrium [m], as [`Twin::commands_of`].
+    pub fn commands(&mut self, twin: &Twin) -> Vec<f64> {
+        self.solver.get_mut().measure(twin, &self.control, &self.state);
+        let shape = self.solver.get().balance().shape;
+        let command = |j: usize| twin.cables.pulled(shape, j, &self.state.tensions) - twin.tendons[j].zero;
+        (0..twin.tendons.len()).map(command).collect()
+    }
+
     /// Goes to another equilibrium, where the next step begins.
     ///
     /// # Errors
@@ -101,7 +99,7 @@ impl Stepper {
     pub fn restore(&mut self, twin: &Twin, state: &TwinState) -> Result<()> {
         check_state(twin, state)?;
         self.state.clone_from(state);
-        self.quasi_newton.reset();
+        self.solver.get_mut().reset();
         self.measure_friction(twin, state);
         Ok(())
     }
@@ -129,8 +127,10 @@ impl Stepper {
         if result.is_ok() {
             self.follow_friction(twin, state, &mut report);
         }
-        report.relative_residual = self.balance.relative;
-        report.stroke_error = self.balance.violation;
+        let balance = self.solver.get().balance();
+        report.relative_residual = balance.relative;
+        report.stroke_error = balance.violation;
+        report.outside = self.solver.get().outside();
         self.commit(twin, &result, state);
         result.map(|()| report)
     }
@@ -160,14 +160,13 @@ impl Stepper {
         let state = std::mem::take(&mut self.state);
         self.command(twin, targets, &state);
         self.state = state;
-        let (control, state) = (&self.control, &self.state);
-        self.balance.evaluate_strokes(twin, control, &state.positions, &state.tensions);
+        let response = self.response(twin)?;
         Some(LinearisedStep {
-            state,
-            projection: self.quasi_newton.projection(twin, state, &self.balance)?,
-            stroke_residual: &self.balance.stroke_residual,
-            lower: &control.lower,
-            upper: &control.upper,
+            state: &self.state,
+            response,
+            stroke_residual: self.solver.get().balance().stroke_residual,
+            lower: &self.control.lower,
+            upper: &self.control.upper,
         })
     }
 
@@ -202,15 +201,15 @@ impl Stepper {
     /// Friction bounds of the equilibrium `state`.
     fn measure_friction(&mut self, twin: &Twin, state: &TwinState) {
         if !twin.friction.is_empty() {
-            twin.cables.measure(&state.positions, &mut self.balance.shape);
-            bounds_into(twin, &self.balance.shape, &state.tensions, &mut self.bounds);
+            self.solver.get_mut().measure(twin, &self.control, state);
+            bounds_into(twin, self.solver.get().balance().shape, &state.tensions, &mut self.bounds);
         }
     }
 
     /// Makes a step again that has changed the friction bounds a lot, with those of where it led.
     fn follow_friction(&mut self, twin: &Twin, state: &mut TwinState, report: &mut StepReport) {
         for repeat in 0..=MAX_REPEATS {
-            bounds_into(twin, &self.balance.shape, &state.tensions, &mut self.bounds);
+            bounds_into(twin, self.solver.get().balance().shape, &state.tensions, &mut self.bounds);
             if repeat == MAX_REPEATS || change_of_bounds(twin, &self.bounds, &self.control) <= LAGGING {
                 break;
             }
@@ -218,7 +217,7 @@ impl Stepper {
             stick(twin, &state.slip, &self.bounds, &mut self.control);
             if !self.step_at_once(twin, state, report) {
                 self.control = held;
-                self.balance.evaluate(twin, &self.control, &state.positions, &state.tensions);
+                self.solver.get_mut().evaluate(twin, &self.control, state);
                 break;
             }
         }
@@ -231,10 +230,11 @@ impl Stepper {
             self.measure_friction(twin, state);
         }
         state.backlash.clone_from(&self.backlash);
-        commit_slip(&twin.cables, &self.control, &self.balance.shape, &state.tensions, &mut state.slip);
+        let shape = self.solver.get().balance().shape;
+        commit_slip(&twin.cables, &self.control, shape, &state.tensions, &mut state.slip);
     }
 
-    /// The fast iteration, with history and the factor at hand, then without history and with a new factor;
+    /// The fast iteration, with the factor and history at hand, then without history and with a new factor;
     /// `state` is unchanged where neither leads there.
     fn step_at_once(&mut self, twin: &Twin, state: &mut TwinState, report: &mut StepReport) -> bool {
         if state.load != 1.0 {
@@ -242,41 +242,46 @@ impl Stepper {
         }
         self.saved.clone_from(state);
         for _ in 0..2 {
-            if self.quasi_newton.run(twin, &self.control, state, &mut self.balance, report).is_ok() {
+            if self.solver.get_mut().iterate(twin, &self.control, state, report).is_ok() {
                 return true;
             }
             state.clone_from(&self.saved);
-            self.quasi_newton.reset();
+            self.solver.get_mut().reset();
         }
         false
     }
 
     /// Compliance of body and tendons at the present equilibrium, W + C with the Delassus operator W = J K⁻¹ Jᵀ of the exact
     /// tangent in double precision [m/N]: row-major, one row and column per tendon. What friction holds or drags
-    /// stays as it is.
+    /// stays as it is. Of a chain to some ten-thousandths where cable points sink into sections: that this changes with the
+    /// shape is left out.
     ///
     /// # Errors
     /// The tangent is singular.
     pub fn delassus(&mut self, twin: &Twin) -> Result<Vec<f64>> {
-        let state = &self.state;
-        self.control.load = state.load;
-        self.balance.evaluate(twin, &self.control, &state.positions, &state.tensions);
+        self.control.load = self.state.load;
+        let found = self.solver.get_mut().delassus(twin, &self.control, &self.state);
         self.control.load = 1.0;
-        let newton = self.newton.get_or_insert_with(|| Box::new(Newton::new(twin)));
-        newton.linearise(twin, state, &self.balance, StepSearch::Full)?;
         let n = twin.tendons.len();
-        let rows = newton.projection.delassus.chunks(twin.cables.len().max(1)).take(n);
+        let rows = found?.chunks(twin.cables.len().max(1)).take(n);
         Ok(rows.flat_map(|row| &row[..n]).copied().collect())
     }
 
-    /// Displacement of the body per tension at the present equilibrium, the columns of K⁻¹ Jᵀ of the exact tangent [m/N]: one per tendon,
-    /// over the unknowns of the free nodes, which come first in model order.
+    /// Displacement of the finite elements per tension at the present equilibrium, the columns of K⁻¹ Jᵀ of the exact tangent
+    /// [m/N]: one per tendon, over the unknowns of the free nodes, which come first in model order.
     ///
     /// # Errors
-    /// The tangent is singular.
+    /// The tangent is singular; a chain, which has no nodes.
     pub fn displacements_per_tension(&mut self, twin: &Twin) -> Result<Vec<Vec<f64>>> {
-        self.delassus(twin)?;
-        Ok(self.newton.as_ref().map_or_else(Vec::new, |newton| newton.projection.columns.clone()))
+        let Solver::Mesh(solver) = &mut self.solver else {
+            return Err(BadInput::new("body", "finite elements", "a chain of sections")
+                .hint("leave out the reduced body")
+                .into());
+        };
+        self.control.load = self.state.load;
+        let columns = solver.columns(twin, &self.control, &self.state).map(<[Vec<f64>]>::to_vec);
+        self.control.load = 1.0;
+        columns
     }
 
     /// Response of the tip to small changes where the last step ended; auxiliary tendons keep their tensions.
@@ -289,12 +294,10 @@ impl Stepper {
             FrictionPoints::Slipping => twin.tendons.len(),
         };
         let held: Vec<usize> = (0..n_counted).filter(|&j| self.is_held(j)).collect();
-        let adjoints = self.tip_adjoints(twin, &held)?;
-        let per_force =
-            twin.tip_displacements(adjoints.each_ref().map(|adjoint| adjoint.of_force.as_slice()));
-        let per_stroke = adjoints.map(|adjoint| {
+        let TipDerivatives { per_stroke, per_force, .. } = self.tip_derivatives(twin, &held)?;
+        let per_stroke = per_stroke.map(|of_held| {
             let mut all = vec![0.0; twin.n_primary];
-            for (value, &j) in adjoint.of_stroke.iter().zip(&held).filter(|(_, j)| **j < twin.n_primary) {
+            for (value, &j) in of_held.iter().zip(&held).filter(|(_, j)| **j < twin.n_primary) {
                 all[j] = *value;
             }
             all
@@ -302,35 +305,30 @@ impl Stepper {
         Some(TipResponse { per_stroke, per_force })
     }
 
-    /// Derivatives of the tip by all forces and strokes where the last step ended, the cables `held` keeping
-    /// their strokes.
-    pub(crate) fn tip_adjoints(&mut self, twin: &Twin, held: &[usize]) -> Option<[TipAdjoint; 3]> {
-        tip_adjoints(twin, &self.control, &self.state, held, &mut self.quasi_newton)
+    /// Derivatives of the tip where the last step ended, the cables `held` keeping their strokes.
+    pub(crate) fn tip_derivatives(&mut self, twin: &Twin, held: &[usize]) -> Option<TipDerivatives> {
+        self.solver.get_mut().tip_derivatives(twin, &self.control, &self.state, held)
     }
 
+    /// Response to tensions with the lagged factor, computed at the present equilibrium if there is none: approximate.
+    pub(crate) fn response(&mut self, twin: &Twin) -> Option<TensionResponse> {
+        let solver = self.solver.get_mut();
+        solver.measure(twin, &self.control, &self.state);
+        solver.response(twin, &self.control, &self.state)
+    }
+
+    /// The iteration of finite elements.
     #[cfg(test)]
-    pub(crate) fn fast_iteration(&mut self) -> &mut QuasiNewton {
-        &mut self.quasi_newton
-    }
-
-    /// The projection with the lagged factor, computed at the present equilibrium if there is none: approximate.
-    pub(crate) fn projection(&mut self, twin: &Twin) -> Option<&Projection> {
-        let state = &self.state;
-        self.balance.evaluate_strokes(twin, &self.control, &state.positions, &state.tensions);
-        self.quasi_newton.projection(twin, state, &self.balance)
+    pub(crate) fn fast_iteration(&mut self) -> &mut crate::quasi_newton::QuasiNewton {
+        match &mut self.solver {
+            Solver::Mesh(solver) => &mut solver.quasi_newton,
+            Solver::Chain(_) => unreachable!("a chain"),
+        }
     }
 
     /// Newton's method on parts of the step, halved where it gets stuck.
     fn step_by_parts(&mut self, twin: &Twin, state: &mut TwinState, report: &mut StepReport) -> Result<()> {
-        let newton = self.newton.get_or_insert_with(|| Box::new(Newton::new(twin)));
-        let mut strokes = twin.pulled(state);
-        strokes.extend_from_slice(&self.control.strokes[strokes.len()..]);
-        let from = StepTargets {
-            strokes,
-            lower: state.tensions.clone(),
-            upper: state.tensions.clone(),
-            load: state.load,
-        };
+        let from = self.present_targets(twin, state);
         let (mut reached, mut step_length) = (0.0, 1.0f64);
         let mut control = self.control.clone();
         while reached < 1.0 {
@@ -338,49 +336,59 @@ impl Stepper {
             control.set_part(&from, &self.control, next);
             self.saved.clone_from(state);
             report.sub_steps += 1;
-            let mut outcome = newton.run(twin, &control, state, &mut self.balance, StepSearch::Full, report);
-            if outcome.is_err() && step_length <= MAX_DAMPED_STEP_LENGTH {
-                state.clone_from(&self.saved);
-                outcome = newton.run(twin, &control, state, &mut self.balance, StepSearch::Damped, report);
-            }
-            match outcome {
+            match self.solver.get_mut().newton(twin, &control, state, step_length, report) {
                 Ok(()) => {
                     state.load = control.load;
                     reached = next;
                     step_length = (2.0 * step_length).min(1.0 - reached);
                 }
-                Err(NewtonFailure { relative_residual, cause }) => {
+                Err(Stuck { relative_residual, cause }) => {
                     state.clone_from(&self.saved);
                     step_length *= 0.5;
                     if step_length < MIN_STEP_LENGTH {
-                        if reached > 0.0 {
-                            let driven = |j: &usize| !self.control.is_tension(*j);
-                            for j in (0..self.backlash.len()).filter(driven) {
-                                let (a, b) = (from.strokes[j], self.control.strokes[j]);
-                                self.backlash[j] = a + reached * (b - a) - twin.tendons[j].zero;
-                            }
-                        } else {
-                            self.backlash.clone_from(&state.backlash);
-                        }
-                        let hint =
-                            "reduce the stroke, raise the tension bounds, or use a finer or quadratic mesh";
-                        return Err(Error::NoEquilibrium {
-                            reached,
-                            relative_residual,
-                            cause,
-                            hint: hint.into(),
-                        });
+                        self.leave_backlash(twin, state, &from, reached);
+                        let hint = self.solver.get().hint().into();
+                        return Err(Error::NoEquilibrium { reached, relative_residual, cause, hint });
                     }
                 }
             }
         }
         Ok(())
     }
+
+    /// Targets that the equilibrium `state` meets.
+    fn present_targets(&mut self, twin: &Twin, state: &TwinState) -> StepTargets {
+        self.solver.get_mut().measure(twin, &self.control, state);
+        let shape = self.solver.get().balance().shape;
+        let pulled = |j: usize| twin.cables.pulled(shape, j, &state.tensions);
+        let mut strokes: Vec<f64> = (0..twin.tendons.len()).map(pulled).collect();
+        strokes.extend_from_slice(&self.control.strokes[strokes.len()..]);
+        StepTargets {
+            strokes,
+            lower: state.tensions.clone(),
+            upper: state.tensions.clone(),
+            load: state.load,
+        }
+    }
+
+    /// Leaves the backlash where a part of the step has brought it.
+    fn leave_backlash(&mut self, twin: &Twin, state: &TwinState, from: &StepTargets, reached: f64) {
+        if reached == 0.0 {
+            self.backlash.clone_from(&state.backlash);
+            return;
+        }
+        let driven = |j: &usize| !self.control.is_tension(*j);
+        for j in (0..self.backlash.len()).filter(driven) {
+            let (a, b) = (from.strokes[j], self.control.strokes[j]);
+            self.backlash[j] = a + reached * (b - a) - twin.tendons[j].zero;
+        }
+    }
 }
 
 fn check_state(twin: &Twin, state: &TwinState) -> Result<()> {
-    let found = (state.positions.len(), state.tensions.len(), state.slip.len(), state.backlash.len());
-    let expected = (twin.body.n_nodes(), twin.cables.len(), twin.friction.len(), twin.n_backlash());
+    let (rest, of) = (twin.rest(), |state: &TwinState| state.positions.len() + state.interfaces.len());
+    let found = (of(state), state.tensions.len(), state.slip.len(), state.backlash.len());
+    let expected = (of(&rest), twin.cables.len(), twin.friction.len(), twin.n_backlash());
     if found != expected {
         let text = |(nodes, tensions, slip, backlash): (usize, usize, usize, usize)| {
             format!(
@@ -391,6 +399,13 @@ fn check_state(twin: &Twin, state: &TwinState) -> Result<()> {
         return Err(BadInput::new("state", expected, found).hint("the state is of another robot").into());
     }
     twin.body.check_finite("position", &state.positions)?;
+    let is_finite = |interface: &Interface| {
+        let Interface { center, rotation, warping } = interface;
+        center.iter().chain(rotation).chain(warping).all(|number| number.is_finite())
+    };
+    if let Some(i) = state.interfaces.iter().position(|interface| !is_finite(interface)) {
+        return Err(BadInput::new(format!("state: interface {i}"), "finite numbers", "others").into());
+    }
     if let Some(j) = state.tensions.iter().position(|tension| !tension.is_finite()) {
         let place = match twin.tendons.get(j) {
             Some(tendon) => format!("state: tension of tendon {}", tendon.name),

@@ -1,0 +1,28 @@
+//! The body that moves a robot: its mesh, or a chain of condensed sections.
+
+use std::path::{Path, PathBuf};
+
+use hysteron_base::Scene;
+
+/// The body that moves a robot.
+#[derive(Debug, Clone, Default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct BodyOptions {
+    /// Chain by hysteron reduce: it moves the robot in place of the finite elements [default: that of the scene, if it names one]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub reduced: Option<PathBuf>,
+}
+
+impl BodyOptions {
+    /// The scene of a file, with this body.
+    ///
+    /// # Errors
+    /// Those of [`Scene::read`]; a chain that cannot be read.
+    pub fn scene(&self, path: &Path) -> hysteron_base::Result<Scene> {
+        let scene = Scene::read(path)?;
+        match &self.reduced {
+            Some(reduced) => scene.reduced(reduced.clone()),
+            None => Ok(scene),
+        }
+    }
+}
