@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use hysteron_base::{Channel, Metadata, Recording, Scene};
+use hysteron_twin::chain::Chain;
 use hysteron_twin::coreact::{
     AuxiliaryLimits, AuxiliaryPolicy, Identifier, IdentifyOptions, TipMeasurement, identify,
 };
@@ -21,6 +22,9 @@ use crate::rig::{AMPLITUDE, Circling, PERIOD};
 use crate::table::{FigureTarget as Target, TableRow};
 use hysteron_studies::tendon::scenes::N_PRIMARY;
 
+/// Scenes that are measured, and how they differ.
+const SCENES: [(&str, &str); 2] =
+    [("scene-typical-friction.toml", "20 friction points"), ("scene-typical.toml", "no friction")];
 /// Samples before those that are measured: the circle's attack.
 const N_WARM: usize = 300;
 /// Networks whose mean is rolled out, as `fit-residual` trains them.
@@ -73,6 +77,16 @@ impl Circle {
         let auxiliary = AuxiliaryLimits::new(&twin)?;
         let motion = RobotMotion::for_identification(&twin, &recorded(AMPLITUDE, N_WARM + n)?, file)?;
         Ok(Self { twin, auxiliary, motion })
+    }
+
+    /// The same circle for the same twin, moved by a chain of sections.
+    ///
+    /// # Errors
+    /// A body without sections.
+    pub fn reduced(&self) -> Result<Self> {
+        let twin = self.twin.clone().with_chain(Chain::new(&self.twin)?);
+        let auxiliary = AuxiliaryLimits::new(&twin)?;
+        Ok(Self { twin, auxiliary, motion: self.motion.clone() })
     }
 
     /// Samples that are identified in a second, and the median of what is left between twin and rig [m].
@@ -176,6 +190,40 @@ impl Circle {
     }
 }
 
+/// Speeds of identification and rollout by chains of sections on one core, beside their finite elements in the same turns.
+///
+/// # Errors
+/// A step fails.
+pub fn rows_of_chains(repetitions: usize, n: usize) -> Result<Vec<TableRow>> {
+    let mut rows = Vec::new();
+    for (file, what) in SCENES {
+        let mesh = Circle::new(file, n)?;
+        let chain = mesh.reduced()?;
+        let model = chain.network()?;
+        let (mut identified, mut rolled_out, mut left) = ([0.0f64; 2], [0.0f64; 2], 0.0);
+        for _ in 0..repetitions {
+            for (k, circle) in [&mesh, &chain].into_iter().enumerate() {
+                let rate;
+                (rate, left) = circle.identified()?;
+                identified[k] = identified[k].max(rate);
+                rolled_out[k] = rolled_out[k].max(circle.rolled_out(&model)?);
+            }
+        }
+        for (name, [of_mesh, of_chain]) in [("identification", identified), ("rollout with network", rolled_out)] {
+            rows.push(
+                TableRow::new(format!("chain, 4 + 36 tendons, {what}: {name}"), of_chain, "samples/s")
+                    .against(of_mesh, "the finite elements, in between")
+                    .goal(Target::AtLeast(4000.0)),
+            );
+        }
+        rows.push(
+            TableRow::new(format!("chain, 4 + 36 tendons, {what}: median left by identification"), 1e3 * left, "mm")
+                .goal(Target::AtMost(0.05)),
+        );
+    }
+    Ok(rows)
+}
+
 /// Strokes and tip of the virtual rig on its circle, with strokes of this amplitude [m].
 ///
 /// # Errors
@@ -204,9 +252,7 @@ pub fn recorded(amplitude: f64, n: usize) -> Result<Recording> {
 /// A step fails.
 pub fn rows(repetitions: usize, n: usize) -> Result<Vec<TableRow>> {
     let mut rows = Vec::new();
-    for (file, what) in
-        [("scene-typical-friction.toml", "20 friction points"), ("scene-typical.toml", "no friction")]
-    {
+    for (file, what) in SCENES {
         let circle = Circle::new(file, n)?;
         let model = circle.network()?;
         let (mut identified, mut rolled_out, mut uncorrected, mut left) = (0.0f64, 0.0f64, 0.0f64, 0.0);

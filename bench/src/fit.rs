@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use hysteron_base::Scene;
+use hysteron_twin::chain::Chain;
 use hysteron_twin::fit::{FitBody, FitParameter, MaterialOptions, Stepping, TipFrame, fit_material, select};
 use hysteron_twin::{RobotMotion, Twin};
 
@@ -21,7 +22,7 @@ const STEPPING: Stepping = Stepping { step: 3e-4, every: 2e-4, most: 2000 };
 /// Longest time that is asked for, with two cores [s].
 const LONGEST: f64 = 60.0;
 
-/// Time of a fit of four parameters to three recordings of `n` samples.
+/// Time of a fit of four parameters to three recordings of `n` samples, with the finite elements and with a chain of sections.
 ///
 /// # Errors
 /// The scene or the rig's preset is bad, or a step fails.
@@ -42,14 +43,20 @@ pub fn rows(n: usize) -> Result<Vec<TableRow>> {
         tension_max: None,
         watch: &|_| true,
     };
-    let (start, before) = (Instant::now(), processor_seconds());
-    let found = fit_material(&scene, FitBody { mesh: &mesh, chain: None }, &motions, &selected, &options)?;
-    let (seconds, after) = (start.elapsed().as_secs_f64(), processor_seconds());
-    let name = format!("fit of a scene, four parameters, three recordings of {n} samples");
-    let mut row = TableRow::new(name, seconds, "s").goal(FigureTarget::AtMost(LONGEST));
-    if let Some(processor) = before.zip(after).map(|(before, after)| after - before) {
-        row = row.against(processor, "processor time of all threads");
+    let chain = Chain::new(&twin)?;
+    let mut rows = Vec::new();
+    for (body, chain) in [("", None), ("chain, ", Some(&chain))] {
+        let (start, before) = (Instant::now(), processor_seconds());
+        let found = fit_material(&scene, FitBody { mesh: &mesh, chain }, &motions, &selected, &options)?;
+        let (seconds, after) = (start.elapsed().as_secs_f64(), processor_seconds());
+        let name = format!("{body}fit of a scene, four parameters, three recordings of {n} samples");
+        let mut row = TableRow::new(name, seconds, "s").goal(FigureTarget::AtMost(LONGEST));
+        if let Some(processor) = before.zip(after).map(|(before, after)| after - before) {
+            row = row.against(processor, "processor time of all threads");
+        }
+        let [given, fitted] = found.errors.each_ref().map(|errors| 1e3 * errors.distance);
+        rows.push(row);
+        rows.push(TableRow::new(format!("{body}tip with that fit"), fitted, "mm").against(given, "the scene as given"));
     }
-    let [given, fitted] = found.errors.each_ref().map(|errors| 1e3 * errors.distance);
-    Ok(vec![row, TableRow::new("tip with that fit", fitted, "mm").against(given, "the scene as given")])
+    Ok(rows)
 }

@@ -26,6 +26,8 @@ struct BenchProgram {
 enum Verb {
     /// Time every reader on larger and larger files; writes FOLDER/growth/metrics.json, fails where time grows faster than the file
     Growth,
+    /// Measure chains of sections beside their finite elements; writes FOLDER/chains.json
+    Chains,
     /// Record a minute from the emulated rig, through its ports; writes FOLDER/rig/metrics.json
     Rig,
 }
@@ -33,11 +35,15 @@ enum Verb {
 fn main() -> Result<()> {
     let BenchProgram { verb, quick, out } = BenchProgram::parse();
     let folder = |name: &str| out.clone().unwrap_or_else(|| PathBuf::from("out")).join(name);
+    let effort = if quick { MeasuringTime::QUICK } else { MeasuringTime::FULL };
     match verb {
         Some(Verb::Growth) => growth::run(&folder("growth"), quick),
         Some(Verb::Rig) => emulated::run(&folder("rig"), quick),
+        Some(Verb::Chains) => {
+            let folder = out.unwrap_or_else(|| PathBuf::from("out"));
+            targets::run_chains(effort, &folder.join("chains.json"))
+        }
         None => {
-            let effort = if quick { MeasuringTime::QUICK } else { MeasuringTime::FULL };
             let folder = out.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")));
             targets::run(effort, &folder.join("targets.json"))
         }

@@ -167,17 +167,48 @@ pub fn run(effort: MeasuringTime, path: &Path) -> Result<()> {
     rows.push(TableRow::new("two threads: gain by processor time", by_processor_time, "-"));
     let twins = DrivenTwins { few: &few, many: &many, rubbing: &rubbing };
     rows.extend(chain::rows(effort.repetitions, twins, [&circle, &strokes], &mut worst)?);
+    rows.extend(coreact::rows_of_chains(effort.repetitions, effort.n_identified)?);
     rows.extend(scaling(effort, &mut worst)?);
     rows.extend(rig::rows(effort.repetitions)?);
     rows.extend(emulated::rows(effort.recorded)?);
     rows.extend(coreact::rows(effort.repetitions, effort.n_identified)?);
     rows.extend(fit::rows(effort.n_fitted)?);
     rows.extend(learn::rows(effort.repetitions, effort.n_samples)?);
-    rows.push(TableRow::new("worst relative residual", worst.0, "-").goal(FigureTarget::AtMost(1e-6)));
-    rows.push(TableRow::new("worst stroke error", 1e3 * worst.1, "mm").goal(FigureTarget::AtMost(1e-6)));
+    rows.extend(worst_errors(worst));
+    write(&rows, &details, effort, path)
+}
 
+/// Measures the chains of sections alone, prints the table and writes it to `path`.
+///
+/// # Errors
+/// A step fails.
+pub fn run_chains(effort: MeasuringTime, path: &Path) -> Result<()> {
+    let mesh = sofa_mesh(repository())?;
+    let few = sofa_scene(repository(), Setting::TARGETS, &mesh, N_PRIMARY)?;
+    let many = sofa_scene(repository(), Setting::TARGETS, &mesh, N_TENDONS)?;
+    let rubbing = sofa_scene(repository(), Setting::RUBBING, &mesh, N_PRIMARY)?;
+    let circle = drive::with_tensions(N_PRIMARY, effort.n_steps, 0.0);
+    let strokes = drive::with_strokes(&many, effort.n_steps)?;
+    let twins = DrivenTwins { few: &few, many: &many, rubbing: &rubbing };
+    let mut worst = (0.0f64, 0.0f64);
+    let mut rows = chain::rows(effort.repetitions, twins, [&circle, &strokes], &mut worst)?;
+    rows.extend(coreact::rows_of_chains(effort.repetitions, effort.n_identified)?);
+    rows.extend(fit::rows(effort.n_fitted)?);
+    rows.extend(worst_errors(worst));
+    write(&rows, &[], effort, path)
+}
+
+/// Largest relative residual [-] and stroke error [m] of all steps.
+fn worst_errors((residual, stroke): (f64, f64)) -> [TableRow; 2] {
+    [
+        TableRow::new("worst relative residual", residual, "-").goal(FigureTarget::AtMost(1e-6)),
+        TableRow::new("worst stroke error", 1e3 * stroke, "mm").goal(FigureTarget::AtMost(1e-6)),
+    ]
+}
+
+fn write(rows: &[TableRow], details: &[json::Value], effort: MeasuringTime, path: &Path) -> Result<()> {
     println!();
-    print_rows(&rows);
+    print_rows(rows);
     let report = json!({
         "format": "hysteron-targets",
         "version": 1,

@@ -1,7 +1,8 @@
-//! Where a body is cut into sections: planes of nodes across its axis.
+//! Where a body is cut into sections across its axis.
 //!
 //! A plane may cut where no element crosses it: meshes made layer by layer have such planes. Of them, those are taken at which
 //! tendons end, where interfaces follow the pull exactly, or the stiffness jumps, and others that make sections nearest to [`LENGTH`] diameters.
+//! Other meshes are cut by the centroids of their elements, and interfaces are the nodes that the elements of both sides share.
 
 use hysteron_base::{BadInput, MaterialLaw};
 use hysteron_fem::FemModel;
@@ -15,6 +16,9 @@ const LENGTH: f64 = 0.4;
 const SAME_PLANE: f64 = 1e-6;
 /// Distance of a tendon's end from a plane that is made an interface for it, over the length of a section [-].
 const AT_END: f64 = 0.1;
+
+/// Fewest nodes of an interface.
+const MIN_NODES: usize = 6;
 
 /// Where a node of the body lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,25 +70,77 @@ impl Cut {
         let near = SAME_PLANE * extent[axis];
         let planes = uncrossed_planes(body, &heights, near);
         let length = |height| LENGTH * diameter(body, axis, &heights, height, near);
-        let jumps = stiffness_jumps(body).into_iter().map(|node| heights[node]);
-        let ends: Vec<f64> = ends.iter().map(|end| sign * (end[axis] - middle)).chain(jumps).collect();
-        let chosen =
-            choose(&planes, &fixed_planes(&planes, &ends, first_plane(body, &heights), length), length);
+        let jumps = stiffness_jumps(body);
+        let heights_of = jumps.iter().map(|&node| heights[node]);
+        let ends: Vec<f64> = ends.iter().map(|end| sign * (end[axis] - middle)).chain(heights_of).collect();
+        let first = first_plane(body, &heights);
+        let chosen = choose(&planes, &fixed_planes(&planes, &ends, first, length), length);
         if chosen.len() < 3 {
-            let expected = "at least two layers of elements with plane faces across the body's longest axis";
-            return Err(BadInput::new("mesh", expected, format!("{} such planes", planes.len()))
-                .hint("use a mesh that is made layer by layer")
-                .into());
+            if !jumps.is_empty() {
+                let found = format!("{} such planes, with parts of another stiffness", planes.len());
+                return Err(BadInput::new("mesh", "layers of elements with plane faces across its axis", found)
+                    .hint("use a mesh that is made layer by layer")
+                    .into());
+            }
+            let width = (0..3).filter(|&c| c != axis).map(|c| extent[c]).fold(0.0, f64::max);
+            return Self::by_centroids(body, &heights, (first, LENGTH * width), near);
         }
         let places: Vec<NodePlace> = heights.iter().map(|&height| place(&chosen, height, near)).collect();
         check_clamp(body, &places)?;
-        let sections = (0..body.cells.len()).map(|e| {
-            let corners = body.cells.corners(e);
-            let center = corners.iter().map(|&node| heights[node as usize]).sum::<f64>() / 4.0;
-            chosen.partition_point(|&plane| plane < center).checked_sub(1)
-        });
-        let sections = sections.collect();
+        let section =
+            |height: f64| chosen.partition_point(|&plane| plane < height).checked_sub(1);
+        let sections = (0..body.cells.len()).map(|e| section(centroid(body, &heights, e))).collect();
         Ok(Self { places, sections, n_sections: chosen.len() - 1 })
+    }
+
+    /// Cuts a body by the centroids of its elements into sections as long as `length` nearly, from `first` on.
+    fn by_centroids(
+        body: &FemModel,
+        heights: &[f64],
+        (first, length): (f64, f64),
+        near: f64,
+    ) -> Result<Self> {
+        let last = heights.iter().copied().fold(f64::MIN, f64::max);
+        let n_sections = ((last - first) / length).round().max(2.0) as usize;
+        let long = (last - first) / n_sections as f64;
+        let is_held = |node: &u32| *node as usize >= body.n_free;
+        let section = |e: usize| {
+            let beyond = ((centroid(body, heights, e) - first) / long).max(0.0) as usize;
+            (!body.cells.nodes(e).iter().all(is_held)).then(|| beyond.min(n_sections - 1))
+        };
+        let sections: Vec<Option<usize>> = (0..body.cells.len()).map(section).collect();
+        // First and last section of each node.
+        let mut touched = vec![(usize::MAX, 0); body.n_nodes()];
+        for (e, own) in sections.iter().enumerate().filter_map(|(e, own)| Some((e, (*own)?))) {
+            for &node in body.cells.nodes(e) {
+                let (low, high) = &mut touched[node as usize];
+                (*low, *high) = ((*low).min(own), (*high).max(own));
+            }
+        }
+        let place = |(node, &(low, high)): (usize, &(usize, usize))| match high.checked_sub(low) {
+            _ if node >= body.n_free && low > 0 => Some(NodePlace::Held).filter(|_| low == usize::MAX),
+            _ if node >= body.n_free => Some(NodePlace::Interface(0)).filter(|_| high == 0),
+            Some(0) if low + 1 == n_sections && heights[node] > last - near => {
+                Some(NodePlace::Interface(n_sections))
+            }
+            Some(0) => Some(NodePlace::Section(low)),
+            Some(1) => Some(NodePlace::Interface(high)),
+            _ => None,
+        };
+        let places: Option<Vec<NodePlace>> = touched.iter().enumerate().map(place).collect();
+        let cut = places.map(|places| Self { places, sections, n_sections });
+        cut.filter(|cut| cut.has_wide_interfaces()).ok_or_else(|| {
+            let expected = "a body that sections of 0.4 diameters divide, with a clamp at one end and a plane face at the other";
+            BadInput::new("mesh", expected, "elements, a clamp or an end that no section fits")
+                .hint("use a finer mesh, made layer by layer if you can; clamp one end as a whole")
+                .into()
+        })
+    }
+
+    /// Whether every interface has nodes enough to hold a rotation.
+    fn has_wide_interfaces(&self) -> bool {
+        let count = |i: usize| self.places.iter().filter(|place| **place == NodePlace::Interface(i)).count();
+        (0..=self.n_sections).all(|i| count(i) >= MIN_NODES)
     }
 
     /// The frame that a node moves with; `None` where it is held.
@@ -108,6 +164,11 @@ fn stiffness_jumps(body: &FemModel) -> Vec<usize> {
         }
     }
     (0..range.len()).filter(|&node| range[node].0 < range[node].1).collect()
+}
+
+/// Height of an element's centroid.
+fn centroid(body: &FemModel, heights: &[f64], e: usize) -> f64 {
+    body.cells.corners(e).iter().map(|&node| heights[node as usize]).sum::<f64>() / 4.0
 }
 
 /// Height of the highest clamped node.
@@ -251,5 +312,54 @@ mod tests {
         let twin = Twin::new(&scene, &mesh).expect("a good scene");
         let error = Cut::new(&twin.body, &[]).expect_err("no energy");
         assert_eq!(error.bad_input().map(|bad| bad.place.as_str()), Some("material.law"));
+    }
+
+    /// The robot of the tests with its inner layers' nodes moved along the axis, each by another part of a layer.
+    fn uneven(order: Order) -> Twin {
+        let (mut scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
+        let mut uneven = mesh.clone();
+        let layer = 0.04 / 24.0;
+        for (i, node) in uneven.nodes.iter_mut().enumerate() {
+            if node[2] > 0.5 * layer && node[2] < 0.04 - 0.5 * layer {
+                node[2] += 0.3 * layer * (2.1 * i as f64).sin();
+            }
+        }
+        let uneven = if order == Order::Quadratic { uneven.to_quadratic() } else { uneven };
+        scene.tendons.iter_mut().for_each(|tendon| tendon.attach_within = 1e-3);
+        Twin::new(&scene, &uneven).expect("a good scene")
+    }
+
+    #[test]
+    fn mesh_without_layers_is_cut_by_centroids() {
+        for order in [Order::Linear, Order::Quadratic] {
+            let twin = uneven(order);
+            let body = &twin.body;
+            let cut = Cut::new(body, &[]).expect("a cut");
+            assert_eq!(cut.n_sections, 8);
+            for (e, section) in cut.sections.iter().enumerate() {
+                let section = section.expect("nothing lies below the clamp");
+                let touches = |node: &u32| match cut.places[*node as usize] {
+                    NodePlace::Held => false,
+                    NodePlace::Interface(i) => i == section || i == section + 1,
+                    NodePlace::Section(own) => own == section,
+                };
+                assert!(body.cells.nodes(e).iter().all(touches), "{e}");
+            }
+            let on = |i: usize| cut.places.iter().filter(|place| **place == NodePlace::Interface(i)).count();
+            assert_eq!(on(0), body.n_nodes() - body.n_free);
+            assert!((1..=8).all(|i| on(i) >= on(0)), "an interface with holes");
+        }
+    }
+
+    #[test]
+    fn chain_of_a_mesh_without_layers_follows_it() {
+        let twin = uneven(Order::Linear);
+        let mut chain = crate::chain::Chain::new(&twin).expect("a chain");
+        let options = crate::chain::ValidationOptions { count: 4, stroke: 1e-3, tension: 0.0, seed: 3 };
+        chain.validate(&twin, &options, |_| true).expect("good targets");
+        let validation = chain.validation.expect("a validation");
+        // Interfaces are not plane, and their ten warpings leave more of the responses out than those of layers.
+        assert_eq!((validation.count, validation.refused), (4, [0; 2]));
+        assert!(validation.tip.largest < 1e-2 && validation.tensions.largest < 1e-2, "{validation:?}");
     }
 }
