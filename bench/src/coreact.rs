@@ -209,7 +209,9 @@ pub fn rows_of_chains(repetitions: usize, n: usize) -> Result<Vec<TableRow>> {
                 rolled_out[k] = rolled_out[k].max(circle.rolled_out(&model)?);
             }
         }
-        for (name, [of_mesh, of_chain]) in [("identification", identified), ("rollout with network", rolled_out)] {
+        for (name, [of_mesh, of_chain]) in
+            [("identification", identified), ("rollout with network", rolled_out)]
+        {
             rows.push(
                 TableRow::new(format!("chain, 4 + 36 tendons, {what}: {name}"), of_chain, "samples/s")
                     .against(of_mesh, "the finite elements, in between")
@@ -217,8 +219,12 @@ pub fn rows_of_chains(repetitions: usize, n: usize) -> Result<Vec<TableRow>> {
             );
         }
         rows.push(
-            TableRow::new(format!("chain, 4 + 36 tendons, {what}: median left by identification"), 1e3 * left, "mm")
-                .goal(Target::AtMost(0.05)),
+            TableRow::new(
+                format!("chain, 4 + 36 tendons, {what}: median left by identification"),
+                1e3 * left,
+                "mm",
+            )
+            .goal(Target::AtMost(0.05)),
         );
     }
     Ok(rows)

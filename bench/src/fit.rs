@@ -56,7 +56,10 @@ pub fn rows(n: usize) -> Result<Vec<TableRow>> {
         }
         let [given, fitted] = found.errors.each_ref().map(|errors| 1e3 * errors.distance);
         rows.push(row);
-        rows.push(TableRow::new(format!("{body}tip with that fit"), fitted, "mm").against(given, "the scene as given"));
+        rows.push(
+            TableRow::new(format!("{body}tip with that fit"), fitted, "mm")
+                .against(given, "the scene as given"),
+        );
     }
     Ok(rows)
 }

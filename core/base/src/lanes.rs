@@ -106,6 +106,12 @@ impl<S: Simd> Packs<S> {
         Lanes { simd: self.simd, value: S::as_simd_f64s(&pack.0).0[self.pass] }
     }
 
+    /// Writes the lanes of this pass.
+    #[inline(always)]
+    pub fn store(self, lanes: Lanes<S>, pack: &mut Pack) {
+        S::as_mut_simd_f64s(&mut pack.0).0[self.pass] = lanes.value;
+    }
+
     /// `value` in every lane.
     #[inline(always)]
     pub fn splat(self, value: f64) -> Lanes<S> {

@@ -7,7 +7,7 @@
 //! # Reference
 //! Golub, Van Loan (2013), Matrix Computations, sec. 4.1 (L D Lᵀ) and 4.3 (band systems).
 
-use hysteron_base::lanes::{Isa, Simd, WithSimd};
+use hysteron_base::lanes::{Isa, LANES, Lanes, Pack, Packs, Simd, WithSimd};
 
 use super::BLOCK;
 
@@ -15,6 +15,9 @@ use super::BLOCK;
 pub(crate) type Block = [[f64; BLOCK]; BLOCK];
 /// A vector over one block.
 pub(crate) type BlockVector = [f64; BLOCK];
+
+/// As many vectors over one block as a register holds, side by side.
+pub(crate) type PanelBlock = [Pack; BLOCK];
 
 /// Zero block.
 pub(crate) const ZERO: Block = [[0.0; BLOCK]; BLOCK];
@@ -125,6 +128,64 @@ impl BlockSkyline {
     /// Replaces `x` by K⁻¹ x; only after [`Self::factorize`].
     pub fn solve(&self, x: &mut [BlockVector]) {
         self.isa.run(BandSolve { factor: self, x });
+    }
+
+    /// Replaces each of `columns` by K⁻¹ times itself, as many at a time as a register holds; `panel` is scratch.
+    pub fn solve_many(&self, columns: &mut [Vec<BlockVector>], panel: &mut Vec<PanelBlock>) {
+        panel.resize(self.first.len(), [Pack([0.0; LANES]); BLOCK]);
+        for columns in columns.chunks_mut(LANES) {
+            for (lane, column) in columns.iter().enumerate() {
+                for (panel, number) in panel.as_flattened_mut().iter_mut().zip(column.as_flattened()) {
+                    panel.0[lane] = *number;
+                }
+            }
+            self.isa.run(PanelSolve { factor: self, x: panel });
+            for (lane, column) in columns.iter_mut().enumerate() {
+                for (panel, number) in panel.as_flattened().iter().zip(column.as_flattened_mut()) {
+                    *number = panel.0[lane];
+                }
+            }
+        }
+    }
+
+    /// The lanes of one pass of a panel.
+    #[inline(always)]
+    fn substitute_panel<S: Simd>(&self, packs: Packs<S>, x: &mut [PanelBlock]) {
+        for column in 0..x.len() {
+            let (before, from) = x.split_at_mut(column);
+            for row in self.first[column]..column {
+                let block = &self.blocks[self.index(row, column)];
+                subtract_product::<S, true>(packs, block, &before[row], &mut from[0]);
+            }
+            let diagonal = &self.blocks[self.index(column, column)];
+            let mut sum = from[0].each_ref().map(|pack| packs.load(pack));
+            for s in 0..BLOCK {
+                for t in s + 1..BLOCK {
+                    sum[t] = sum[s].mul_add(packs.splat(-diagonal[s][t]), sum[t]);
+                }
+            }
+            store(packs, sum, &mut from[0]);
+        }
+        for (x, inverse) in x.iter_mut().zip(&self.inverse) {
+            for (x, inverse) in x.iter_mut().zip(inverse) {
+                packs.store(packs.load(x) * packs.splat(*inverse), x);
+            }
+        }
+        for column in (0..x.len()).rev() {
+            let (before, from) = x.split_at_mut(column);
+            let diagonal = &self.blocks[self.index(column, column)];
+            let mut solved = from[0].each_ref().map(|pack| packs.load(pack));
+            for t in (0..BLOCK).rev() {
+                for s in 0..t {
+                    solved[s] = solved[t].mul_add(packs.splat(-diagonal[s][t]), solved[s]);
+                }
+            }
+            store(packs, solved, &mut from[0]);
+            for row in self.first[column]..column {
+                let block = &self.blocks[self.index(row, column)];
+                subtract_product::<S, false>(packs, block, &from[0], &mut before[row]);
+            }
+        }
     }
 
     #[inline(always)]
@@ -270,6 +331,55 @@ impl WithSimd for BandSolve<'_> {
     }
 }
 
+struct PanelSolve<'a> {
+    factor: &'a BlockSkyline,
+    x: &'a mut [PanelBlock],
+}
+
+impl WithSimd for PanelSolve<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for pass in 0..Packs::<S>::PASSES {
+            self.factor.substitute_panel(Packs::new(simd, pass), self.x);
+        }
+    }
+}
+
+/// Rows of a product whose sums stay in registers.
+const TILE: usize = 8;
+
+/// `sum` -= B `x`, or Bᵀ `x`.
+#[inline(always)]
+fn subtract_product<S: Simd, const TRANSPOSED: bool>(
+    packs: Packs<S>,
+    block: &Block,
+    x: &PanelBlock,
+    sum: &mut PanelBlock,
+) {
+    for first in (0..BLOCK).step_by(TILE) {
+        let mut sums: [Lanes<S>; TILE] = std::array::from_fn(|r| packs.load(&sum[first + r]));
+        for t in 0..BLOCK {
+            let x = packs.load(&x[t]);
+            for r in 0..TILE {
+                let entry = if TRANSPOSED { block[t][first + r] } else { block[first + r][t] };
+                sums[r] = x.mul_add(packs.splat(-entry), sums[r]);
+            }
+        }
+        for r in 0..TILE {
+            packs.store(sums[r], &mut sum[first + r]);
+        }
+    }
+}
+
+#[inline(always)]
+fn store<S: Simd>(packs: Packs<S>, lanes: [Lanes<S>; BLOCK], block: &mut PanelBlock) {
+    for (lanes, pack) in lanes.into_iter().zip(block) {
+        packs.store(lanes, pack);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use nalgebra::{DMatrix, DVector};
@@ -319,7 +429,21 @@ mod tests {
         let expected = dense.clone().lu().solve(&right).expect("a regular matrix");
         let negative = dense.symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count();
         assert_eq!((matrix.factorize(), negative), (Some(negative), 2 * first.len()));
+        // More than one panel, the last of them not full.
+        let mut many: Vec<Vec<BlockVector>> = (0..LANES + 3).map(|_| x.clone()).collect();
+        many[LANES + 1][2][5] += 1.0;
         matrix.solve(&mut x);
+        for isa in Isa::all() {
+            let mut many = many.clone();
+            BlockSkyline { isa, ..matrix.clone() }.solve_many(&mut many, &mut Vec::new());
+            let difference = |column: &Vec<BlockVector>| {
+                let pairs = column.as_flattened().iter().zip(x.as_flattened());
+                pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+            };
+            for (j, column) in many.iter().enumerate() {
+                assert_eq!(difference(column) < 1e-15, j != LANES + 1, "{j}");
+            }
+        }
         for (solved, expected) in x.as_flattened().iter().zip(&expected) {
             // Round-off of a matrix with condition numbers of about three.
             assert!((solved - expected).abs() < 1e-15, "{solved} and {expected}");

@@ -78,17 +78,20 @@ impl Cut {
         if chosen.len() < 3 {
             if !jumps.is_empty() {
                 let found = format!("{} such planes, with parts of another stiffness", planes.len());
-                return Err(BadInput::new("mesh", "layers of elements with plane faces across its axis", found)
-                    .hint("use a mesh that is made layer by layer")
-                    .into());
+                return Err(BadInput::new(
+                    "mesh",
+                    "layers of elements with plane faces across its axis",
+                    found,
+                )
+                .hint("use a mesh that is made layer by layer")
+                .into());
             }
             let width = (0..3).filter(|&c| c != axis).map(|c| extent[c]).fold(0.0, f64::max);
             return Self::by_centroids(body, &heights, (first, LENGTH * width), near);
         }
         let places: Vec<NodePlace> = heights.iter().map(|&height| place(&chosen, height, near)).collect();
         check_clamp(body, &places)?;
-        let section =
-            |height: f64| chosen.partition_point(|&plane| plane < height).checked_sub(1);
+        let section = |height: f64| chosen.partition_point(|&plane| plane < height).checked_sub(1);
         let sections = (0..body.cells.len()).map(|e| section(centroid(body, &heights, e))).collect();
         Ok(Self { places, sections, n_sections: chosen.len() - 1 })
     }

@@ -8,7 +8,7 @@ use hysteron_fit::qp::{Activity, QpSolver};
 use nalgebra::{Matrix3, Vector3};
 
 use super::balance::ChainBalance;
-use super::band::{BlockSkyline, BlockVector};
+use super::band::{BlockSkyline, BlockVector, PanelBlock};
 use super::body::Chain;
 use super::rotation::{exp, log, orthonormal};
 use super::tangent::TangentAssembly;
@@ -54,6 +54,8 @@ pub(crate) struct ChainSolver {
     pub(super) delassus: Vec<f64>,
     /// Pulls of all cables at the points of a section; scratch.
     pulls: Vec<Vec<f64>>,
+    /// Columns side by side; scratch.
+    panel: Vec<PanelBlock>,
     /// Negative eigenvalues of the tangent.
     n_negative: usize,
     tensions: TensionStep,
@@ -90,6 +92,7 @@ impl ChainSolver {
             tip: [const { Vec::new() }; 3].map(|_: Vec<f64>| zeros.clone()),
             delassus: vec![0.0; m * m],
             pulls: Vec::new(),
+            panel: Vec::new(),
             n_negative: 0,
             tensions: TensionStep::new(m),
             anderson: Anderson::new(isa, n * BLOCK, m),
@@ -157,7 +160,9 @@ impl ChainSolver {
         for j in 0..m {
             self.balance.row_into(chain, j, &mut self.rows[j]);
             self.columns[j].copy_from_slice(&self.rows[j]);
-            self.tangent.solve(&mut self.columns[j]);
+        }
+        self.tangent.solve_many(&mut self.columns, &mut self.panel);
+        for j in 0..m {
             for i in 0..=j {
                 let w = dot(chain.isa, self.rows[i].as_flattened(), self.columns[j].as_flattened());
                 self.delassus[i * m + j] = w;
