@@ -41,15 +41,14 @@ fn a_chain_follows_the_finite_elements_as_closely_as_its_file_states() {
 }
 
 #[test]
-fn a_chain_of_another_scene_and_runs_that_begin_elsewhere_are_refused() {
+fn a_chain_of_another_body_and_options_without_sense_are_refused() {
     let place = Workplace::new();
     place.write_circle("strokes.csv", 20);
     place.run(&["reduce", "scene.toml", "--count", "1", "--out", "chain.json"]).succeeded();
     let simulate =
         ["simulate", "scene.toml", "--strokes", "strokes.csv", "--out", "r.csv", "--reduced", "chain.json"];
     let with = |more: &[&str]| place.run(&[&simulate[..], more].concat());
-    assert!(with(&["--save-state", "end.state"]).error(2).contains("cannot be used with"));
-    place.replace("scene.toml", "seed = ", "seed = 1");
+    place.replace("scene.toml", "poisson_ratio = 0.45", "poisson_ratio = 0.44");
     assert!(with(&[]).error(2).contains("make it again"));
     for (option, value) in
         [("--stroke-mm", "0"), ("--stroke-mm", "nan"), ("--tension-n", "nan"), ("--count", "0")]
@@ -58,4 +57,46 @@ fn a_chain_of_another_scene_and_runs_that_begin_elsewhere_are_refused() {
         assert!(refused.error(2).contains(option), "{option} {value}");
     }
     assert!(!names_in(place.path()).contains(&"new.json".to_owned()));
+}
+
+#[test]
+fn a_scene_that_names_a_chain_resumes_and_reaches_with_it() {
+    let place = Workplace::new();
+    place.write_circle("strokes.csv", 60);
+    place.run(&["reduce", "scene.toml", "--count", "2", "--out", "chain.json"]).succeeded();
+    // What a chain follows may change after it was made.
+    place.replace("scene.toml", "youngs_modulus_mpa = 20.0", "youngs_modulus_mpa = 15.0");
+    place.replace("scene.toml", "[clamp]", "[reduced]\nfile = \"chain.json\"\n\n[clamp]");
+    let checked = place.run(&["check", "scene.toml"]).succeeded();
+    assert!(checked.stdout.contains("moved by chain.json: 17 sections"), "{}", checked.stdout);
+    let whole = ["simulate", "scene.toml", "--strokes", "strokes.csv", "--out", "whole.csv"];
+    place.run(&[&whole[..], &["--save-state", "end.state"]].concat()).succeeded();
+    let with = recording(&place, "whole.csv");
+    let from = ["--from", "end.state", "--out", "on.csv"];
+    place.run(&[&["simulate", "scene.toml", "--strokes", "strokes.csv"][..], &from].concat()).succeeded();
+    let on = recording(&place, "on.csv");
+    // The circle ends where it begins, but for the rest before it.
+    let [first, last] = [on.tip().unwrap().map(|x| x[59]), with.tip().unwrap().map(|x| x[59])];
+    let moved = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
+    assert!(moved(first, last) < 1e-6, "{first:?} {last:?}");
+    let rest = with.tip().unwrap().map(|x| x[0]);
+    assert!(moved(first, rest) > 1e-5);
+    // A state of the chain is none of the mesh.
+    let named = String::from_utf8(place.read("scene.toml")).unwrap();
+    place.replace("scene.toml", "[reduced]\nfile = \"chain.json\"\n\n", "");
+    let refused =
+        ["simulate", "scene.toml", "--strokes", "strokes.csv", "--from", "end.state", "--out", "no.csv"];
+    assert!(place.run(&refused).error(2).contains("scene_hash"));
+    place.write("scene.toml", named);
+    // Goals where the tip has been are reached again.
+    let goals =
+        format!("time_s,tip_x_m,tip_y_m,tip_z_m\n0,{0},{1},{2}\n1,{0},{1},{2}\n", last[0], last[1], last[2]);
+    std::fs::write(place.path().join("goals.csv"), goals).unwrap();
+    let reach = ["reach", "scene.toml", "--goals", "goals.csv", "--out", "reach.csv"];
+    for _ in 0..4 {
+        place.replace("scene.toml", "drive = \"stroke\"", "drive = \"free\"");
+    }
+    place.run(&reach).succeeded();
+    let reached = recording(&place, "reach.csv");
+    assert!(moved(reached.tip().unwrap().map(|x| x[1]), last) < 2e-4);
 }

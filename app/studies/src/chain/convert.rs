@@ -226,7 +226,13 @@ fn scene(typed: &schema::StudyFile, folder: &Path, source: &Source) -> anyhow::R
     if typed.identify.is_some() {
         AuxiliaryLimits::new(&twin)?;
     }
-    Ok((SceneChoice { mesh: plain(&scene.mesh_path), path, robot: scene.name.clone() }, scene))
+    let choice = SceneChoice {
+        mesh: plain(&scene.mesh_path),
+        reduced: scene.reduced_path.as_deref().map(plain),
+        path,
+        robot: scene.name.clone(),
+    };
+    Ok((choice, scene))
 }
 
 /// Refuses a scene whose tendons run elsewhere than the rig's.

@@ -50,11 +50,12 @@ pub struct PlanChoice {
     pub checks: Vec<(String, usize)>,
 }
 
-/// A scene and its mesh.
+/// A scene and the files that it names.
 #[derive(Debug)]
 pub struct SceneChoice {
     pub(super) path: PathBuf,
     pub(super) mesh: PathBuf,
+    pub(super) reduced: Option<PathBuf>,
     /// Name of the robot.
     pub robot: String,
 }

@@ -98,16 +98,22 @@ impl Planner<'_> {
 
     /// The scene as the person gave it.
     fn nominal_scene(&self) -> Argument {
-        Argument::file(&self.study.scene.path).with(&self.study.scene.mesh)
+        self.with_body(Argument::file(&self.study.scene.path))
     }
 
     /// The scene with fitted numbers, if they were fitted.
     fn scene(&self) -> Argument {
         if self.is_calibrated {
-            self.made("calibrated/scene.toml").with(&self.study.scene.mesh)
+            self.with_body(self.made("calibrated/scene.toml"))
         } else {
             self.nominal_scene()
         }
+    }
+
+    /// A scene that leads to mesh and reduced body.
+    fn with_body(&self, scene: Argument) -> Argument {
+        let argument = scene.with(&self.study.scene.mesh);
+        self.study.scene.reduced.iter().fold(argument, |argument, file| argument.with(file))
     }
 
     fn checkpoint(&self) -> Argument {

@@ -17,7 +17,7 @@ use crate::tendon::mesh::{MeshSummary, print_quality};
 pub(super) fn check(path: &Path, context: &Context) -> anyhow::Result<(SceneSummary, f64)> {
     let scene = Scene::read(path)?;
     let (body, quality) = hysteron_twin::read_body(&scene)?;
-    let twin = Twin::new(&scene, &body)?;
+    let twin = Twin::new(&scene, &body)?.with_body_of(&scene)?;
 
     context.print(format_args!("{}: {}", scene.name, scene.mesh_path.display()));
     print_quality(&body, &quality, context);
@@ -36,6 +36,7 @@ pub(super) fn check(path: &Path, context: &Context) -> anyhow::Result<(SceneSumm
     print_friction(&twin, context);
     context.print("");
     let factor = print_equations(&twin, context)?;
+    print_chain(&scene, &twin, context);
     quality.warnings().iter().for_each(|warning| tracing::warn!("{warning}"));
     let estimator = LockingEstimator::new(&scene, &body)?;
     locking::warn(&estimator);
@@ -53,6 +54,20 @@ pub(super) fn check(path: &Path, context: &Context) -> anyhow::Result<(SceneSumm
         warnings: quality.warnings(),
     };
     Ok((outcome, body_length(&twin)))
+}
+
+fn print_chain(scene: &Scene, twin: &Twin, context: &Context) {
+    let Some((path, chain)) = scene.reduced_path.as_ref().zip(twin.chain.as_ref()) else { return };
+    let (sections, unknowns) = (chain.n_sections(), chain.n_unknowns());
+    context.print(format_args!("moved by {}: {sections} sections, {unknowns} unknowns", path.display()));
+    if let Some(errors) = &chain.validation {
+        context.print(format_args!(
+            "against the mesh, in 99 of 100 equilibria: tip within {:.2} %, tensions within {:.2} %, turn within {:.2} deg",
+            100.0 * errors.tip.percentile_99,
+            100.0 * errors.tensions.percentile_99,
+            errors.turn.percentile_99.to_degrees()
+        ));
+    }
 }
 
 fn print_friction(twin: &Twin, context: &Context) {
