@@ -16,6 +16,9 @@ const JACOBIAN_EVERY: usize = 10;
 /// Largest move of the tip in a sample: factor on its Jacobian's [-], plus a part of the robot's length [-].
 const JUMP: [f64; 2] = [4.0, 0.01];
 
+/// Channel of the flag for samples in which a chain was bent further than it was validated.
+pub const OUTSIDE_VALIDATION: &str = "outside_validation";
+
 /// Why a rollout is no data.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Unphysical {
@@ -41,7 +44,8 @@ impl std::fmt::Display for Unphysical {
 #[derive(Debug, Clone)]
 pub enum SyntheticOutcome {
     /// Strokes as they came, the tip `tip_x_m`.., tensions `tension_k_n`, ∂tip/∂stroke `tip_x_per_stroke_k_ratio`.. [-]
-    /// (see [`crate::Stepper::tip_response`]), and `extrapolating`, 1 where a network left its training range.
+    /// (see [`crate::Stepper::tip_response`]), `extrapolating`, 1 where a network left its training range, and of a chain
+    /// `outside_validation`, 1 where it was bent further than it was validated.
     Made(Recording),
     /// No data, from this sample on.
     Dropped(usize, Unphysical),
@@ -154,7 +158,8 @@ pub fn synthesise(
             break;
         }
     }
-    let (time, channels) = columns.into_series();
+    let (time, mut channels) = columns.into_series();
+    channels.retain(|channel| twin.chain.is_some() || channel.name != OUTSIDE_VALIDATION);
     Ok(SyntheticOutcome::Made(Recording::new(time, channels, Vec::new(), meta)?))
 }
 
@@ -187,6 +192,7 @@ struct RolloutColumns {
     /// By axis, then by tendon.
     jacobian: [Vec<Vec<f64>>; 3],
     extrapolating: Vec<f64>,
+    outside_validation: Vec<f64>,
 }
 
 impl RolloutColumns {
@@ -199,6 +205,7 @@ impl RolloutColumns {
             tensions: of_tendons(),
             jacobian: [(); 3].map(|()| of_tendons()),
             extrapolating: Vec::new(),
+            outside_validation: Vec::new(),
         }
     }
 
@@ -219,6 +226,7 @@ impl RolloutColumns {
         push(&mut self.tensions, &state.tensions);
         self.jacobian.iter_mut().zip(jacobian).for_each(|(columns, row)| push(columns, row));
         self.extrapolating.push(f64::from(u8::from(step.is_extrapolating)));
+        self.outside_validation.push(f64::from(u8::from(step.report.outside > 0.0)));
     }
 
     /// Times and channels.
@@ -236,6 +244,7 @@ impl RolloutColumns {
             of_tendons(columns, &|k| format!("tip_{axis}_per_stroke_{k}_ratio"));
         }
         channels.push(Channel::new("extrapolating", self.extrapolating));
+        channels.push(Channel::new(OUTSIDE_VALIDATION, self.outside_validation));
         (self.time, channels)
     }
 }

@@ -64,7 +64,7 @@ pub enum Criterion {
     NotConverged,
     /// Share of the solves without a solution [-].
     SolverFailures,
-    /// Share of the samples outside the range of the training [-].
+    /// Share of the samples outside the range of a training or a validation [-].
     OutsideTraining,
     /// Share of the samples at a limit of what drives or auxiliary tendons may do [-].
     AtLimit,

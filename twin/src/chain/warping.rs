@@ -12,6 +12,9 @@ use crate::model::Twin;
 
 /// Weight of a tendon's tension against other unit loads [-]: the response to what mostly loads the body is in the basis.
 const TENDON_WEIGHT: f64 = 1000.0;
+/// The same of a force on the tip, by which contacts are found. More takes warpings from auxiliary tendons, less makes the tip
+/// stiffer against a force by some percent.
+const TIP_WEIGHT: f64 = 100.0;
 /// Part of the strongest warping below which what is left of a response is round-off.
 const ROUND_OFF: f64 = 1e-11;
 
@@ -125,7 +128,7 @@ pub(crate) fn responses(body: &FemModel, mut loads: Vec<Vec<f64>>) -> Result<Vec
 fn unit_loads(twin: &Twin) -> Vec<Vec<f64>> {
     let body = &twin.body;
     let mut loads = Vec::new();
-    let mut add = |carriers: &mut dyn Iterator<Item = (u32, f64)>| {
+    let mut add = |scale: f64, carriers: &mut dyn Iterator<Item = (u32, f64)>| {
         let carriers: Vec<(u32, f64)> = carriers.filter(|(node, _)| (*node as usize) < body.n_free).collect();
         if carriers.is_empty() {
             return;
@@ -133,19 +136,19 @@ fn unit_loads(twin: &Twin) -> Vec<Vec<f64>> {
         for c in 0..3 {
             let mut load = vec![0.0; body.n_unknowns()];
             for &(node, weight) in &carriers {
-                load[3 * node as usize + c] += weight;
+                load[3 * node as usize + c] += scale * weight;
             }
             loads.push(load);
         }
     };
     for j in 0..twin.tendons.len() {
         for point in twin.cables.points_of(j) {
-            add(&mut twin.cables.carriers(point).iter().copied());
+            add(1.0, &mut twin.cables.carriers(point).iter().copied());
         }
     }
-    add(&mut twin.tip.nodes.iter().copied().zip(twin.tip.weights.iter().copied()));
+    add(TIP_WEIGHT, &mut twin.tip.nodes.iter().copied().zip(twin.tip.weights.iter().copied()));
     let volume: f64 = body.nodal_volumes.iter().sum();
-    add(&mut (0..).zip(body.nodal_volumes.iter().map(|own| own / volume)));
+    add(1.0, &mut (0..).zip(body.nodal_volumes.iter().map(|own| own / volume)));
     let mut shape = twin.cables.shape();
     twin.cables.measure(&body.rest, &mut shape);
     for j in 0..twin.tendons.len() {

@@ -10,6 +10,7 @@ use crate::friction_points::FrictionPoints;
 use crate::model::{Target, Twin};
 use crate::motion::RobotMotion;
 use crate::plant::{PhysicsTwin, Plant};
+use crate::report::StepReport;
 use crate::stepper::{FrictionMemory, Stepper};
 use crate::{Error, Result, TwinState};
 use hysteron_fit::qp::{BoxedRows, QpStatus, RowQp};
@@ -45,7 +46,7 @@ pub struct TipMeasurement {
 }
 
 /// Result of a sample.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct IdentifiedSample {
     /// Tip of the body [m].
     pub tip: [f64; 3],
@@ -55,6 +56,8 @@ pub struct IdentifiedSample {
     pub statuses: Vec<QpStatus>,
     /// The active bound of each auxiliary stroke, if any (n_aux).
     pub bounds: Vec<Option<Bound>>,
+    /// How far a chain was bent beyond what was validated, see [`StepReport::outside`] [-].
+    pub outside: f64,
 }
 
 /// A twin that chooses the strokes of its auxiliary tendons sample by sample: to follow measurements, or as a
@@ -128,10 +131,9 @@ impl<'a> Identifier<'a> {
         sensitivity(&mut self.stepper, self.twin, self.auxiliary, friction)
     }
 
-    fn balance(&mut self, primary: &[f64]) -> Result<()> {
+    fn balance(&mut self, primary: &[f64]) -> Result<StepReport> {
         self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
-        self.stepper.step_again(self.twin, &self.targets, &self.memory)?;
-        Ok(())
+        self.stepper.step_again(self.twin, &self.targets, &self.memory)
     }
 
     /// The auxiliary strokes for this sample, by the twin linearised where it is now; `None` where there is no
@@ -186,8 +188,7 @@ impl AuxiliaryPolicy for Identifier<'_> {
         goal: Option<&TipMeasurement>,
         duration: f64,
     ) -> Result<IdentifiedSample> {
-        let mut done =
-            IdentifiedSample { tip: [0.0; 3], distance: 0.0, statuses: Vec::new(), bounds: Vec::new() };
+        let mut done = IdentifiedSample::default();
         let allowed = allowed(self.auxiliary, &self.strokes, duration);
         self.stepper.memory_into(&mut self.memory);
         // At rest nothing is in balance yet: there is nothing to linearise.
@@ -198,7 +199,7 @@ impl AuxiliaryPolicy for Identifier<'_> {
                 done.statuses.push(found.as_ref().map_or(QpStatus::Failed, |answer| answer.status));
                 let Some(answer) = found.filter(|answer| answer.status == QpStatus::Solved) else { break };
                 self.strokes = answer.strokes;
-                self.balance(primary)?;
+                done.outside = self.balance(primary)?.outside;
                 if round + 1 == rounds
                     || (DVector::from_vec(self.error(goal)) - answer.left).norm() <= self.options.tolerance
                 {
@@ -207,7 +208,7 @@ impl AuxiliaryPolicy for Identifier<'_> {
             }
         }
         if done.statuses.first() != Some(&QpStatus::Solved) {
-            self.balance(primary)?;
+            done.outside = self.balance(primary)?.outside;
         }
         let strokes = self.strokes.iter().zip(&allowed).zip(&self.auxiliary.bounds);
         done.bounds = strokes
@@ -279,6 +280,7 @@ pub fn identify(
         }
         step.statuses.iter().for_each(|status| summary.count_status(*status));
         summary.count_bounds(&step.bounds);
+        summary.samples_outside_validation += usize::from(step.outside > 0.0);
         columns.push(
             primary.iter().chain(&motion.tips[i]).chain(policy.strokes()).chain(&step.tip).chain(&without),
         );

@@ -54,6 +54,9 @@ pub struct IdentificationSummary {
     pub samples_at_bound: [usize; 3],
     /// The same for strokes, of all strokes in all samples [-].
     pub share_at_bound: [f64; 3],
+    /// Samples in which a chain was bent further than it was validated.
+    #[serde(default)]
+    pub samples_outside_validation: usize,
 }
 
 impl IdentificationSummary {

@@ -171,10 +171,16 @@ impl AuxiliaryPolicy for CorrectedRollout<'_> {
         goal: Option<&TipMeasurement>,
         _duration: f64,
     ) -> Result<IdentifiedSample> {
-        let reported = Plant::step(self, primary)?.tip;
-        let distance = goal.map_or(0.0, |goal| distance(goal.position, reported));
+        let step = Plant::step(self, primary)?;
+        let distance = goal.map_or(0.0, |goal| distance(goal.position, step.tip));
         let tip = self.twin.tip_of(self.stepper.state());
-        Ok(IdentifiedSample { tip, distance, statuses: Vec::new(), bounds: vec![None; self.strokes.len()] })
+        Ok(IdentifiedSample {
+            tip,
+            distance,
+            statuses: Vec::new(),
+            bounds: vec![None; self.strokes.len()],
+            outside: step.report.outside,
+        })
     }
 
     fn strokes(&self) -> &[f64] {

@@ -2,6 +2,7 @@ mod adapt;
 mod anchor;
 mod bad_input;
 mod campaign;
+mod chain;
 mod coreact;
 mod delassus;
 mod determinism;

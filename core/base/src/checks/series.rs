@@ -8,7 +8,7 @@ use crate::units::Unit;
 /// Beginnings of the names of what is asked for, not measured.
 const COMMANDS: [&str; 7] = ["stroke_", "aux_", "goal_", "target_", "twin_", "tick_goal_", "command_"];
 /// Flags that a program writes for a row.
-const FLAGS: [&str; 3] = ["extrapolating", "limited", "contact"];
+const FLAGS: [&str; 4] = ["extrapolating", "outside_validation", "limited", "contact"];
 
 /// True for commands and computed values, which are not measured.
 pub fn is_command(name: &str) -> bool {

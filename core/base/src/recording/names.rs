@@ -7,7 +7,8 @@ use crate::BadInput;
 use crate::units::Unit;
 
 /// Quantities without unit.
-const UNITLESS: [&str; 7] = ["tip_qw", "tip_qx", "tip_qy", "tip_qz", "extrapolating", "limited", "contact"];
+const UNITLESS: [&str; 8] =
+    ["tip_qw", "tip_qx", "tip_qy", "tip_qz", "extrapolating", "outside_validation", "limited", "contact"];
 /// Quantities without unit that are numbered: `tick_goal_1`.
 const UNITLESS_NUMBERED: [&str; 3] = ["tick_goal", "tick_present", "load"];
 /// Families of which every member must be there, because they are used as one vector.

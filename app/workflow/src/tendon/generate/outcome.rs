@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use hysteron_base::{BadInput, Recording, Scene};
 use hysteron_control::Trajectory;
 use hysteron_control::inverse::{Axes, TipPosition, TipWorkspace};
+use hysteron_twin::synthetic::OUTSIDE_VALIDATION;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -33,6 +34,9 @@ pub struct SyntheticTrajectory {
     pub left_out: String,
     /// Part of the samples in which the network left its training range [-].
     pub extrapolating: f64,
+    /// Part of the samples in which a chain was bent further than it was validated [-].
+    #[serde(default)]
+    pub outside_validation: f64,
     /// Largest distance of the tip from the axis [m].
     pub reach_m: f64,
     /// Largest tension of a tendon [N].
@@ -52,6 +56,7 @@ impl SyntheticTrajectory {
             samples: 0,
             left_out: String::new(),
             extrapolating: 0.0,
+            outside_validation: 0.0,
             reach_m: 0.0,
             tension_max_n: 0.0,
             tip: Vec::new(),
@@ -61,11 +66,12 @@ impl SyntheticTrajectory {
     /// One that the twin did.
     pub fn made(trajectory: &Trajectory, recording: Recording) -> Result<Self, BadInput> {
         let tip = tip_of(&recording)?;
-        let flags = recording.require("extrapolating")?;
+        let part = |flags: &[f64]| flags.iter().sum::<f64>() / flags.len() as f64;
         let tensions = recording.numbered("tension", "n");
         Ok(Self {
             samples: tip.len(),
-            extrapolating: flags.iter().sum::<f64>() / flags.len() as f64,
+            extrapolating: part(recording.require("extrapolating")?),
+            outside_validation: recording.channel(OUTSIDE_VALIDATION).map_or(0.0, part),
             reach_m: tip.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max),
             tension_max_n: tensions.into_iter().flatten().copied().fold(0.0, f64::max),
             tip,
@@ -149,6 +155,9 @@ pub struct Outcome {
     pub outside: f64,
     /// Part of the samples in which the network left its training range [-].
     pub extrapolating: f64,
+    /// Part of the samples in which a chain was bent further than it was validated [-].
+    #[serde(default)]
+    pub outside_validation: f64,
     /// Samples by family.
     pub families: BTreeMap<String, usize>,
     /// One of each trajectory.
@@ -180,7 +189,11 @@ impl Outcome {
         let own = workspace(all().map(flat).collect());
         let robots = workspace(of_real.into_iter().map(flat).collect());
         let outside = all().filter(|tip| robots.is_outside(flat(*tip), 0.0)).count();
-        let flagged: f64 = rows.iter().map(|row| row.extrapolating * row.samples as f64).sum();
+        let flagged = |of: fn(&SyntheticTrajectory) -> f64| -> f64 {
+            rows.iter().map(|row| of(row) * row.samples as f64).sum()
+        };
+        let extrapolating = flagged(|row| row.extrapolating);
+        let outside_validation = flagged(|row| row.outside_validation);
         let mut families = BTreeMap::new();
         for row in &rows {
             *families.entry(row.family.clone()).or_insert(0) += row.samples;
@@ -200,7 +213,8 @@ impl Outcome {
             samples_real,
             areas_m2: [own.area(), robots.area()],
             outside: part(outside as f64),
-            extrapolating: part(flagged),
+            extrapolating: part(extrapolating),
+            outside_validation: part(outside_validation),
             families,
             rows,
             command: context.command.clone(),
@@ -226,6 +240,12 @@ impl Outcome {
                 "in {:.0} % of the samples the network is outside its training range, and guesses (hint: smaller amplitudes, or \
                  a calibration from recordings that go as far)",
                 100.0 * self.extrapolating
+            );
+        }
+        if self.outside_validation > 0.0 {
+            tracing::warn!(
+                "in {:.1} % of the samples the chain is bent further than it was validated (hint: hysteron reduce --stroke-mm)",
+                100.0 * self.outside_validation
             );
         }
         context.print(format_args!(

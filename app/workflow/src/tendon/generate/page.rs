@@ -29,6 +29,9 @@ pub(super) fn write(folder: &ReportFolder, card: &Outcome, real: &[Input]) -> an
         ("Network outside its training range [% of samples]", percent(card.extrapolating)),
         ("Area covered by the tip (convex hull) [cm²]", area(0)),
     ];
+    if card.outside_validation > 0.0 {
+        rows.push(("Chain bent further than validated [% of samples]", percent(card.outside_validation)));
+    }
     if card.samples_real > 0 {
         rows.extend([
             ("Samples of the robot", card.samples_real.to_string()),

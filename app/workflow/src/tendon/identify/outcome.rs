@@ -106,28 +106,44 @@ fn verdict(rows: &[IdentifiedRecording], left_out: &[String]) -> Verdict {
     let at_bound: usize =
         rows.iter().map(|row| row.summary.samples_at_bound.iter().copied().max().unwrap_or(0)).sum();
     let at_bound = at_bound as f64 / samples as f64;
+    let outside: usize = rows.iter().map(|row| row.summary.samples_outside_validation).sum();
+    let outside = outside as f64 / samples as f64;
     let mm = |m: f64| format!("{:.3} mm", 1e3 * m);
     let n = rows.len() + left_out.len();
-    Verdict::on(format!("auxiliary tendons bring the twin's tip within {} of the measured one", mm(after)))
-        .because(
-            Criterion::ErrorOverBaseline,
-            ratio(after, before),
-            format!("the tip is off by {} with auxiliary tendons, {} without (RMS)", mm(after), mm(before)),
-        )
-        .because(
-            Criterion::SolverFailures,
-            if solved + not > 0.0 { not / (solved + not) } else { 0.0 },
-            format!("{not:.0} of {:.0} QPs were not solved", solved + not),
-        )
-        .because(
-            Criterion::AtLimit,
-            at_bound,
-            format!("auxiliary strokes are at a bound in {:.1} % of the samples", 100.0 * at_bound),
-        )
-        .because(
-            Criterion::Missing,
-            left_out.len() as f64 / n.max(1) as f64,
-            format!("{} of {n} recordings were skipped", left_out.len()),
-        )
-        .verdict()
+    let verdict = Verdict::on(format!(
+        "auxiliary tendons bring the twin's tip within {} of the measured one",
+        mm(after)
+    ))
+    .because(
+        Criterion::ErrorOverBaseline,
+        ratio(after, before),
+        format!("the tip is off by {} with auxiliary tendons, {} without (RMS)", mm(after), mm(before)),
+    )
+    .because(
+        Criterion::SolverFailures,
+        if solved + not > 0.0 { not / (solved + not) } else { 0.0 },
+        format!("{not:.0} of {:.0} QPs were not solved", solved + not),
+    )
+    .because(
+        Criterion::AtLimit,
+        at_bound,
+        format!("auxiliary strokes are at a bound in {:.1} % of the samples", 100.0 * at_bound),
+    )
+    .because(
+        Criterion::Missing,
+        left_out.len() as f64 / n.max(1) as f64,
+        format!("{} of {n} recordings were skipped", left_out.len()),
+    );
+    let verdict = match outside > 0.0 {
+        true => verdict.because(
+            Criterion::OutsideTraining,
+            outside,
+            format!(
+                "the chain is bent further than it was validated in {:.1} % of the samples",
+                100.0 * outside
+            ),
+        ),
+        false => verdict,
+    };
+    verdict.verdict()
 }
