@@ -1,10 +1,12 @@
 //! Energy of a chain, and the residual of its equilibrium.
 
+use std::ops::Range;
+
 use hysteron_base::lanes::{LANES, Simd, WithSimd};
 use nalgebra::{Matrix3, Vector3};
 
 use super::band::BlockVector;
-use super::body::{Chain, ChainPart, Sink};
+use super::body::{CableReach, Chain, ChainPart, Sink};
 use super::section::{Interface, Site, StrainedPose};
 use super::{BLOCK, PADDED, Strain};
 use crate::cable::CableShape;
@@ -27,6 +29,42 @@ pub(crate) struct SectionPull {
     pub moment: Vector3<f64>,
     pub end_force: Vector3<f64>,
     pub end_moment: Vector3<f64>,
+}
+
+impl SectionPull {
+    /// Adds a force on a part of its section [N]; `frames` are the rotations of the section and of its end.
+    #[inline(always)]
+    fn add(
+        &mut self,
+        part: &ChainPart,
+        lever: &Vector3<f64>,
+        force: &[f64; 4],
+        frames: (&Matrix3<f64>, &Matrix3<f64>),
+    ) {
+        let force = Vector3::new(force[0], force[1], force[2]);
+        if force == Vector3::zeros() {
+            return;
+        }
+        let local = match part.site {
+            Site::Within(_) => {
+                let local = frames.0.tr_mul(&force);
+                self.force += part.share * force;
+                self.moment += lever.cross(&local);
+                local
+            }
+            Site::End(_) => {
+                self.end_force += part.share * force;
+                self.end_moment += (frames.1 * lever).cross(&force);
+                frames.1.tr_mul(&force)
+            }
+        };
+        let stress = part.site.strain_mut(&mut self.stress);
+        for c in 0..3 {
+            for (stress, shape) in stress.iter_mut().zip(part.site.strain(&part.shape[c])) {
+                *stress += local[c] * shape;
+            }
+        }
+    }
 }
 
 const ZERO: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0);
@@ -226,7 +264,7 @@ impl ChainBalance {
         }
         self.collect(chain);
         self.applied.fill([0.0; BLOCK]);
-        spread(&self.poses, &self.pulls, chain.lever, &mut self.applied);
+        spread(&self.poses, &self.pulls, 0..self.pulls.len(), chain.lever, &mut self.applied);
         (self.energy, self.strain) = (0.0, 0.0);
         for (((law, pose), pull), net) in
             chain.laws.iter().zip(&self.poses).zip(&self.pulls).zip(&mut self.net)
@@ -243,7 +281,7 @@ impl ChainBalance {
             }
         }
         self.residual.fill([0.0; BLOCK]);
-        spread(&self.poses, &self.net, chain.lever, &mut self.residual);
+        spread(&self.poses, &self.net, 0..self.net.len(), chain.lever, &mut self.residual);
         let square = |blocks: &[BlockVector]| blocks.as_flattened().iter().map(|f| f * f).sum::<f64>();
         self.relative = square(&self.residual).sqrt() / square(&self.applied).sqrt().max(chain.least_force);
         self.compare_strokes(chain, control, tensions);
@@ -251,43 +289,30 @@ impl ChainBalance {
 
     /// Forces of parts as pulls at their sections.
     fn collect(&mut self, chain: &Chain) {
-        self.pulls.fill(NO_PULL);
-        for ((part, lever), force) in chain.parts.iter().zip(&self.levers).zip(&self.forces) {
-            let force = Vector3::new(force[0], force[1], force[2]);
-            if force == Vector3::zeros() {
-                continue;
-            }
+        let Self { poses, ends, levers, forces, pulls, .. } = self;
+        pulls.fill(NO_PULL);
+        for ((part, lever), force) in chain.parts.iter().zip(levers).zip(forces) {
             let e = part.site.section();
-            let pull = &mut self.pulls[e];
-            let local = match part.site {
-                Site::Within(_) => {
-                    let local = self.poses[e].rotation.tr_mul(&force);
-                    pull.force += part.share * force;
-                    pull.moment += lever.cross(&local);
-                    local
-                }
-                Site::End(_) => {
-                    pull.end_force += part.share * force;
-                    pull.end_moment += (self.ends[e] * lever).cross(&force);
-                    self.ends[e].tr_mul(&force)
-                }
-            };
-            let stress = part.site.strain_mut(&mut pull.stress);
-            for c in 0..3 {
-                for (stress, shape) in stress.iter_mut().zip(part.site.strain(&part.shape[c])) {
-                    *stress += local[c] * shape;
-                }
-            }
+            pulls[e].add(part, lever, force, (&poses[e].rotation, &ends[e]));
         }
     }
 
     /// Writes row j of J, ∂s_j per unknown, at the configuration placed last.
     pub fn row_into(&mut self, chain: &Chain, j: usize, row: &mut [BlockVector]) {
-        self.forces.fill([0.0; 4]);
+        let CableReach { parts, blocks } = &chain.reach[j];
+        for &part in parts {
+            self.forces[part as usize] = [0.0; 4];
+        }
         chain.cables.add_forces_of(&self.shape, j, 1.0, &mut self.forces);
-        self.collect(chain);
+        self.pulls[blocks.clone()].fill(NO_PULL);
+        for part in parts.iter().map(|part| *part as usize) {
+            let (lever, force) = (&self.levers[part], &self.forces[part]);
+            let part = &chain.parts[part];
+            let e = part.site.section();
+            self.pulls[e].add(part, lever, force, (&self.poses[e].rotation, &self.ends[e]));
+        }
         row.fill([0.0; BLOCK]);
-        spread(&self.poses, &self.pulls, chain.lever, row);
+        spread(&self.poses, &self.pulls, blocks.clone(), chain.lever, row);
     }
 
     /// Missing strokes at the configuration placed last.
@@ -379,8 +404,15 @@ impl WithSimd for Levers<'_> {
 }
 
 /// Adds the pulls' forces on the free interfaces, moments over `lever`.
-fn spread(poses: &[StrainedPose], pulls: &[SectionPull], lever: f64, out: &mut [BlockVector]) {
-    for (e, (pose, pull)) in poses.iter().zip(pulls).enumerate() {
+fn spread(
+    poses: &[StrainedPose],
+    pulls: &[SectionPull],
+    sections: Range<usize>,
+    lever: f64,
+    out: &mut [BlockVector],
+) {
+    for e in sections.clone() {
+        let (pose, pull) = (&poses[e], &pulls[e]);
         let (before, from) = out.split_at_mut(e);
         pose.add_work(&pull.stress, &pull.force, &pull.moment, before.last_mut(), &mut from[0]);
         for c in 0..3 {
@@ -388,7 +420,8 @@ fn spread(poses: &[StrainedPose], pulls: &[SectionPull], lever: f64, out: &mut [
             from[0][3 + c] += pull.end_moment[c];
         }
     }
-    for block in out {
+    // The first section moves the block before it too, if there is one.
+    for block in &mut out[sections.start.saturating_sub(1)..sections.end] {
         for c in 3..6 {
             block[c] /= lever;
         }

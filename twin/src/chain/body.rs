@@ -1,5 +1,7 @@
 //! A body as a chain of condensed sections, and everything that acts on it: cables, loads, the tip.
 
+use std::ops::Range;
+
 use hysteron_base::lanes::Isa;
 use hysteron_base::{BadInput, Material};
 use hysteron_fem::FemModel;
@@ -66,6 +68,15 @@ pub(crate) struct CableSegment {
     pub cables: Vec<usize>,
 }
 
+/// What a cable pulls at.
+#[derive(Debug, Clone)]
+pub(crate) struct CableReach {
+    /// The parts that carry its points, ascending.
+    pub parts: Vec<u32>,
+    /// The free interfaces that these move with, and the sections before them.
+    pub blocks: Range<usize>,
+}
+
 /// How parts within a section move in its frame under the forces on them, between interfaces that are held.
 #[derive(Debug, Clone)]
 pub(crate) struct Sink {
@@ -105,6 +116,8 @@ pub struct Chain {
     /// The twin's cables, carried by parts.
     pub(crate) cables: Cables,
     pub(crate) segments: Vec<CableSegment>,
+    /// What each cable pulls at.
+    pub(super) reach: Vec<CableReach>,
     /// All constant forces on parts [N].
     pub(crate) loads: Vec<(u32, [f64; 3])>,
     pub(super) tracker: Registration,
@@ -205,6 +218,7 @@ impl Chain {
             validation: None,
             cables: twin.cables.clone(),
             segments: Vec::new(),
+            reach: Vec::new(),
             loads: Vec::new(),
             tracker: twin.tracker,
             accuracy: twin.accuracy,
@@ -268,9 +282,23 @@ impl Chain {
         });
         self.material.youngs_modulus = twin.body.material.youngs_modulus;
         self.segments = segments(&self.cables);
+        self.reach = (0..self.cables.len()).map(|j| self.reach(j)).collect();
         (self.loads, self.tracker) = (loads, twin.tracker);
         (self.accuracy, self.least_force) = (twin.accuracy, least_force(twin));
         self
+    }
+
+    /// What cable `j` pulls at.
+    fn reach(&self, j: usize) -> CableReach {
+        let carriers = self.cables.points_of(j).flat_map(|point| self.cables.carriers(point));
+        let mut parts: Vec<u32> = carriers.map(|(part, _)| *part).collect();
+        parts.sort_unstable();
+        parts.dedup();
+        let sites = parts.iter().map(|part| self.parts[*part as usize].site);
+        let (first, last) = sites.fold((self.n_sections(), 0), |(first, last), site| {
+            (first.min(site.first().saturating_sub(1)), last.max(site.section() + 1))
+        });
+        CableReach { parts, blocks: first.min(last)..last }
     }
 
     /// Number of sections.

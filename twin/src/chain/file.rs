@@ -253,6 +253,7 @@ impl ChainFile {
             validation: self.validation,
             cables: twin.cables.clone(),
             segments: Vec::new(),
+            reach: Vec::new(),
             loads: Vec::new(),
             tracker: twin.tracker,
             accuracy: twin.accuracy,

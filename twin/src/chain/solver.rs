@@ -164,7 +164,7 @@ impl ChainSolver {
         self.tangent.solve_many(&mut self.columns, &mut self.panel);
         for j in 0..m {
             for i in 0..=j {
-                let w = dot(chain.isa, self.rows[i].as_flattened(), self.columns[j].as_flattened());
+                let w = row_times(chain, &self.rows, i, &self.columns[j]);
                 self.delassus[i * m + j] = w;
                 self.delassus[j * m + i] = w;
             }
@@ -278,7 +278,9 @@ impl ChainSolver {
     /// Adds the displacement Y dT of the increments to the step.
     fn move_by_tensions(&mut self, chain: &Chain) {
         let n = chain.n_unknowns();
-        for (increment, column) in self.tensions.increments.iter().zip(&self.columns) {
+        let moving =
+            self.tensions.increments.iter().zip(&self.columns).filter(|(increment, _)| **increment != 0.0);
+        for (increment, column) in moving {
             combine_into(chain.isa, &[*increment], &[column.as_flattened()], &mut self.step[..n]);
         }
     }
@@ -296,9 +298,8 @@ impl ChainSolver {
         state: &TwinState,
         report: &mut StepReport,
     ) -> std::result::Result<(), Cause> {
-        let free = self.free_displacement.as_flattened();
-        let missing =
-            |j: usize| self.balance.stroke_residual[j] + dot(chain.isa, self.rows[j].as_flattened(), free);
+        let free = &self.free_displacement;
+        let missing = |j: usize| self.balance.stroke_residual[j] + row_times(chain, &self.rows, j, free);
         self.tensions.pose(control, &state.tensions, missing);
         if self.n_negative > 0 {
             return self.tensions.solve_taut(&self.delassus, self.n_negative);
@@ -384,6 +385,12 @@ impl ChainSolver {
         self.balance.evaluate(&chain, control, &state.interfaces, &state.tensions);
         self.refactorise(&chain, state, &mut StepReport::default())
     }
+}
+
+/// Row j of J times a displacement; its entries are zero beyond the interfaces of the cable.
+fn row_times(chain: &Chain, rows: &[Vec<BlockVector>], j: usize, displacement: &[BlockVector]) -> f64 {
+    let blocks = chain.reach[j].blocks.clone();
+    dot(chain.isa, rows[j][blocks.clone()].as_flattened(), displacement[blocks].as_flattened())
 }
 
 impl BodySolver for ChainSolver {
