@@ -148,7 +148,7 @@ impl Chain {
         let points =
             (twin.tendons.iter().zip(&chain.points).enumerate()).find_map(|(j, (tendon, points))| {
                 let expected = twin.cables.points_of(j).len();
-                (expected != points.len()).then(|| (tendon, expected, points.len()))
+                (expected != points.len()).then_some((tendon, expected, points.len()))
             });
         if let Some((tendon, expected, found)) = points {
             return Err(
