@@ -22,6 +22,15 @@ pub(crate) struct Balance<'a> {
     pub violation: f64,
 }
 
+/// Which motion of the tip is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum TipMotion {
+    /// Its displacement.
+    Displacement,
+    /// Its rotation too.
+    Pose,
+}
+
 /// What tensions do to the cables and to the tip.
 #[derive(Debug, Clone)]
 pub(crate) struct TensionResponse {
@@ -29,8 +38,8 @@ pub(crate) struct TensionResponse {
     pub delassus: Vec<f64>,
     /// Displacement of the recorded tip by unit tensions, three rows [m/N], one column per cable.
     pub tip: [Vec<f64>; 3],
-    /// Rotation vector of the recorded tip, in space, alike [rad/N].
-    pub turn: [Vec<f64>; 3],
+    /// Rotation vector of the recorded tip, in space, alike [rad/N]; where it was asked for.
+    pub turn: Option<[Vec<f64>; 3]>,
 }
 
 /// Derivatives of the recorded tip, one row per coordinate, some cables keeping their strokes and the others their tensions.
@@ -88,7 +97,13 @@ pub(crate) trait BodySolver {
 
     /// Response to tensions at `state`, for which strokes were evaluated, with the factor in use or a new one: approximate.
     /// `None` without a factor.
-    fn response(&mut self, twin: &Twin, control: &StepTargets, state: &TwinState) -> Option<TensionResponse>;
+    fn response(
+        &mut self,
+        twin: &Twin,
+        control: &StepTargets,
+        state: &TwinState,
+        tip: TipMotion,
+    ) -> Option<TensionResponse>;
 
     /// W + C of the exact tangent, row-major n_cables × n_cables [m/N], at `state`.
     ///

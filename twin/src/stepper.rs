@@ -8,7 +8,7 @@ use crate::friction::{bounds_into, change_of_bounds, commit_slip, follow_backlas
 use crate::friction_points::FrictionPoints;
 use crate::model::{Target, Twin};
 use crate::report::StepReport;
-use crate::solver::{Solver, Stuck, TensionResponse, TipDerivatives};
+use crate::solver::{Solver, Stuck, TensionResponse, TipDerivatives, TipMotion};
 use crate::state::TwinState;
 use crate::tip::TipResponse;
 use crate::{Error, Result};
@@ -155,12 +155,13 @@ impl Stepper {
         twin: &Twin,
         targets: &[Target],
         memory: &FrictionMemory,
+        tip: TipMotion,
     ) -> Option<LinearisedStep<'_>> {
         self.restore_friction(memory);
         let state = std::mem::take(&mut self.state);
         self.command(twin, targets, &state);
         self.state = state;
-        let response = self.response(twin)?;
+        let response = self.response(twin, tip)?;
         Some(LinearisedStep {
             state: &self.state,
             response,
@@ -311,10 +312,10 @@ impl Stepper {
     }
 
     /// Response to tensions with the lagged factor, computed at the present equilibrium if there is none: approximate.
-    pub(crate) fn response(&mut self, twin: &Twin) -> Option<TensionResponse> {
+    pub(crate) fn response(&mut self, twin: &Twin, tip: TipMotion) -> Option<TensionResponse> {
         let solver = self.solver.get_mut();
         solver.measure(twin, &self.control, &self.state);
-        solver.response(twin, &self.control, &self.state)
+        solver.response(twin, &self.control, &self.state, tip)
     }
 
     /// The iteration of finite elements.

@@ -274,6 +274,22 @@ mod tests {
     use super::*;
     use crate::{Twin, scenes};
 
+    /// Elements of each section, all of whose nodes lie in it or on its interfaces.
+    fn elements_by_section(body: &FemModel, cut: &Cut) -> Vec<usize> {
+        let mut counts = vec![0; cut.n_sections];
+        for (e, section) in cut.sections.iter().enumerate() {
+            let section = section.expect("nothing lies below the clamp");
+            let touches = |node: &u32| match cut.places[*node as usize] {
+                NodePlace::Held => false,
+                NodePlace::Interface(i) => i == section || i == section + 1,
+                NodePlace::Section(own) => own == section,
+            };
+            assert!(body.cells.nodes(e).iter().all(touches), "{e}");
+            counts[section] += 1;
+        }
+        counts
+    }
+
     #[test]
     fn sections_take_whole_elements_and_all_of_them() {
         // 24 layers of 1.67 mm, 12 mm wide: three layers are 5 mm, 0.42 diameters.
@@ -286,17 +302,7 @@ mod tests {
             let end = [0.0, 4.5e-3, 0.04 / 24.0 * layers];
             assert_eq!(Cut::new(&body, &[end]).expect("a cut").n_sections, n_sections, "{layers}");
         }
-        let mut counts = vec![0; cut.n_sections];
-        for (e, section) in cut.sections.iter().enumerate() {
-            let section = section.expect("nothing lies below the clamp");
-            let touches = |node: &u32| match cut.places[*node as usize] {
-                NodePlace::Held => false,
-                NodePlace::Interface(i) => i == section || i == section + 1,
-                NodePlace::Section(own) => own == section,
-            };
-            assert!(body.cells.nodes(e).iter().all(touches), "{e}");
-            counts[section] += 1;
-        }
+        let counts = elements_by_section(&body, &cut);
         assert!(counts.iter().all(|&count| count == body.cells.len() / 8), "{counts:?}");
         let on = |i: usize| cut.places.iter().filter(|place| **place == NodePlace::Interface(i)).count();
         assert!((1..=8).all(|i| on(i) == on(0)), "planes alike");
@@ -339,15 +345,7 @@ mod tests {
             let body = &twin.body;
             let cut = Cut::new(body, &[]).expect("a cut");
             assert_eq!(cut.n_sections, 8);
-            for (e, section) in cut.sections.iter().enumerate() {
-                let section = section.expect("nothing lies below the clamp");
-                let touches = |node: &u32| match cut.places[*node as usize] {
-                    NodePlace::Held => false,
-                    NodePlace::Interface(i) => i == section || i == section + 1,
-                    NodePlace::Section(own) => own == section,
-                };
-                assert!(body.cells.nodes(e).iter().all(touches), "{e}");
-            }
+            assert!(elements_by_section(body, &cut).iter().all(|&count| count > 0));
             let on = |i: usize| cut.places.iter().filter(|place| **place == NodePlace::Interface(i)).count();
             assert_eq!(on(0), body.n_nodes() - body.n_free);
             assert!((1..=8).all(|i| on(i) >= on(0)), "an interface with holes");

@@ -6,11 +6,11 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::BLOCK;
 use super::band::BlockVector;
 use super::solver::ChainSolver;
-use crate::solver::{TensionResponse, TipDerivatives};
+use crate::solver::{TensionResponse, TipDerivatives, TipMotion};
 
 impl ChainSolver {
     /// Response of cables and tip to tensions.
-    pub(super) fn tension_response(&self) -> TensionResponse {
+    pub(super) fn tension_response(&self, tip: TipMotion) -> TensionResponse {
         let turn = |column: &Vec<BlockVector>| -> Vector3<f64> {
             let end = column.last().map_or([0.0; BLOCK], |end| *end);
             self.chain.tracker.turn * Vector3::new(end[3], end[4], end[5]) / self.chain.lever
@@ -18,7 +18,7 @@ impl ChainSolver {
         TensionResponse {
             delassus: self.delassus.clone(),
             tip: self.tip_moves(self.columns.iter()),
-            turn: rows_of(self.columns.iter().map(turn)),
+            turn: (tip == TipMotion::Pose).then(|| rows_of(self.columns.iter().map(turn))),
         }
     }
 

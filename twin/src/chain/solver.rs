@@ -20,7 +20,7 @@ use crate::error::Cause;
 use crate::model::Twin;
 use crate::predictor::{EquilibriumPredictor, Prescribed};
 use crate::report::StepReport;
-use crate::solver::{Balance, BodySolver, Stuck, TensionResponse, TipDerivatives, singular};
+use crate::solver::{Balance, BodySolver, Stuck, TensionResponse, TipDerivatives, TipMotion, singular};
 use crate::state::TwinState;
 use crate::tensions::TensionStep;
 
@@ -438,11 +438,17 @@ impl BodySolver for ChainSolver {
             .map_err(|cause| Stuck { relative_residual: self.balance.relative, cause })
     }
 
-    fn response(&mut self, _: &Twin, control: &StepTargets, state: &TwinState) -> Option<TensionResponse> {
+    fn response(
+        &mut self,
+        _: &Twin,
+        control: &StepTargets,
+        state: &TwinState,
+        tip: TipMotion,
+    ) -> Option<TensionResponse> {
         if self.is_unusable {
             self.linearise(control, state).ok()?;
         }
-        Some(self.tension_response())
+        Some(self.tension_response(tip))
     }
 
     fn delassus(&mut self, _: &Twin, control: &StepTargets, state: &TwinState) -> Result<&[f64]> {

@@ -11,6 +11,7 @@ use crate::model::{Target, Twin};
 use crate::motion::RobotMotion;
 use crate::plant::{PhysicsTwin, Plant};
 use crate::report::StepReport;
+use crate::solver::TipMotion;
 use crate::stepper::{FrictionMemory, Stepper};
 use crate::{Error, Result, TwinState};
 use hysteron_fit::qp::{BoxedRows, QpStatus, RowQp};
@@ -145,9 +146,10 @@ impl<'a> Identifier<'a> {
         allowed: &[Bounds],
     ) -> Option<SampleSolution> {
         let weight = self.weight(goal);
+        let tip = weight.map_or(TipMotion::Displacement, |_| TipMotion::Pose);
         let error = self.error(goal);
         self.auxiliary.targets_into(primary, &self.strokes, &mut self.targets);
-        let conditions = self.stepper.conditions(self.twin, &self.targets, &self.memory)?;
+        let conditions = self.stepper.conditions(self.twin, &self.targets, &self.memory, tip)?;
         self.problem.set_conditions(self.twin, &conditions);
         let at = LinearisedTip::new(self.twin, self.auxiliary, &conditions.response, weight);
         let sample = WeightedSample {

@@ -91,8 +91,8 @@ impl LinearisedTip {
         orientation: Option<f64>,
     ) -> Self {
         let mut tip: Vec<Vec<f64>> = response.tip.to_vec();
-        if let Some(weight) = orientation {
-            tip.extend(response.turn.iter().map(|row| row.iter().map(|turn| weight * turn).collect()));
+        if let Some((weight, turn)) = orientation.zip(response.turn.as_ref()) {
+            tip.extend(turn.iter().map(|row| row.iter().map(|turn| weight * turn).collect()));
         }
         let (n, first) = (twin.cables.len(), twin.n_primary);
         let others: Vec<usize> = others(twin).collect();
