@@ -1,4 +1,4 @@
-//! What a chain of sections depends on, of a scene and its mesh.
+//! The part of a scene and its mesh that a chain of sections depends on.
 
 use hysteron_base::{AuxiliaryLayout, Bounds, PrescribedQuantity, Scene, Tendon, file, json};
 use hysteron_fem::{Cells, Mesh};

@@ -15,6 +15,7 @@ use crate::chain::Chain;
 use crate::friction_points::{FrictionPoint, friction_points, set_compliance};
 use crate::layout::auxiliary_tendons;
 use crate::registration::Registration;
+use crate::report::Accuracy;
 use crate::state::TwinState;
 
 /// How one tendon is driven during a step.
@@ -80,15 +81,6 @@ impl TwinTendon {
     }
 }
 
-/// Accuracy of a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Accuracy {
-    /// Largest force residual, relative to the forces applied by cables and loads [-].
-    pub relative_residual: f64,
-    /// Largest stroke error [m].
-    pub stroke: f64,
-}
-
 /// A moment fixed in space, spread over nodes as forces: f_i = w_i (S⁻¹ M) × r_i about the nodes' weighted
 /// centre, with S = Σ w_i (|r_i|² 1 - r_i r_iᵀ). The forces add up to zero and their moment to M however
 /// the nodes have moved.
@@ -129,7 +121,7 @@ impl Couple {
 pub struct Twin {
     /// The chain that moves in place of the body, if any.
     pub chain: Option<Arc<Chain>>,
-    /// What a chain depends on.
+    /// Hashes of all that a chain depends on.
     pub(crate) shape: BodyShape,
     /// The finite elements.
     pub body: FemModel,

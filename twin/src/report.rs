@@ -1,4 +1,13 @@
-//! Cost and convergence of a step.
+//! Accuracy asked of a step; its cost and convergence.
+
+/// Accuracy of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accuracy {
+    /// Largest force residual, relative to the forces applied by cables and loads [-].
+    pub relative_residual: f64,
+    /// Largest stroke error [m].
+    pub stroke: f64,
+}
 
 /// Cost and convergence of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

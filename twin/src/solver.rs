@@ -1,10 +1,8 @@
-//! What a step needs of a body, be it finite elements or a chain of sections that stands for them.
+//! The body of a step, be it finite elements or a chain of sections that stands for them.
 
 use crate::cable::CableShape;
-use crate::chain::ChainSolver;
 use crate::equilibrium_residual::StepTargets;
 use crate::error::Cause;
-use crate::mesh_solver::MeshSolver;
 use crate::model::Twin;
 use crate::report::StepReport;
 use crate::state::TwinState;
@@ -31,7 +29,7 @@ pub(crate) enum TipMotion {
     Pose,
 }
 
-/// What tensions do to the cables and to the tip.
+/// Response of the cables and of the tip to tensions.
 #[derive(Debug, Clone)]
 pub(crate) struct TensionResponse {
     /// W + C, row-major n_cables × n_cables, symmetric [m/N].
@@ -124,38 +122,8 @@ pub(crate) trait BodySolver {
     /// How far the configuration evaluated last lies beyond those that were validated [-].
     fn outside(&self) -> f64;
 
-    /// What may help where there is no equilibrium.
+    /// Advice where there is no equilibrium.
     fn hint(&self) -> &'static str;
-}
-
-/// The solver of a twin's body.
-#[derive(Debug, Clone)]
-pub(crate) enum Solver {
-    Mesh(Box<MeshSolver>),
-    Chain(Box<ChainSolver>),
-}
-
-impl Solver {
-    pub fn new(twin: &Twin) -> Self {
-        match &twin.chain {
-            Some(chain) => Self::Chain(Box::new(ChainSolver::new(chain))),
-            None => Self::Mesh(Box::new(MeshSolver::new(twin))),
-        }
-    }
-
-    pub fn get(&self) -> &dyn BodySolver {
-        match self {
-            Self::Mesh(solver) => &**solver,
-            Self::Chain(solver) => &**solver,
-        }
-    }
-
-    pub fn get_mut(&mut self) -> &mut dyn BodySolver {
-        match self {
-            Self::Mesh(solver) => &mut **solver,
-            Self::Chain(solver) => &mut **solver,
-        }
-    }
 }
 
 /// No tangent at an equilibrium.

@@ -2,13 +2,14 @@
 
 use hysteron_base::BadInput;
 
-use crate::chain::Interface;
+use crate::chain::{ChainSolver, Interface};
 use crate::equilibrium_residual::StepTargets;
 use crate::friction::{bounds_into, change_of_bounds, commit_slip, follow_backlash, stick};
 use crate::friction_points::FrictionPoints;
+use crate::mesh_solver::MeshSolver;
 use crate::model::{Target, Twin};
 use crate::report::StepReport;
-use crate::solver::{Solver, Stuck, TensionResponse, TipDerivatives, TipMotion};
+use crate::solver::{BodySolver, Stuck, TensionResponse, TipDerivatives, TipMotion};
 use crate::state::TwinState;
 use crate::tip::TipResponse;
 use crate::{Error, Result};
@@ -45,6 +46,36 @@ pub(crate) struct LinearisedStep<'a> {
     pub upper: &'a [f64],
 }
 
+/// The solver of a twin's body.
+#[derive(Debug, Clone)]
+enum TwinSolver {
+    Mesh(Box<MeshSolver>),
+    Chain(Box<ChainSolver>),
+}
+
+impl TwinSolver {
+    fn new(twin: &Twin) -> Self {
+        match &twin.chain {
+            Some(chain) => Self::Chain(Box::new(ChainSolver::new(chain))),
+            None => Self::Mesh(Box::new(MeshSolver::new(twin))),
+        }
+    }
+
+    fn get(&self) -> &dyn BodySolver {
+        match self {
+            Self::Mesh(solver) => &**solver,
+            Self::Chain(solver) => &**solver,
+        }
+    }
+
+    fn get_mut(&mut self) -> &mut dyn BodySolver {
+        match self {
+            Self::Mesh(solver) => &mut **solver,
+            Self::Chain(solver) => &mut **solver,
+        }
+    }
+}
+
 /// Steps a twin from equilibrium to equilibrium. Owns the present equilibrium and all scratch, so that steps allocate
 /// nothing in the common case.
 ///
@@ -53,7 +84,7 @@ pub(crate) struct LinearisedStep<'a> {
 #[derive(Debug, Clone)]
 pub struct Stepper {
     control: StepTargets,
-    solver: Solver,
+    solver: TwinSolver,
     /// The last equilibrium on the way, to return to.
     saved: TwinState,
     /// The equilibrium that is committed.
@@ -69,7 +100,7 @@ impl Stepper {
     pub fn new(twin: &Twin) -> Self {
         let mut stepper = Self {
             control: StepTargets::new(twin, &vec![Target::Free; twin.tendons.len()]),
-            solver: Solver::new(twin),
+            solver: TwinSolver::new(twin),
             saved: twin.rest(),
             state: twin.rest(),
             bounds: vec![0.0; twin.friction.len()],
@@ -274,7 +305,7 @@ impl Stepper {
     /// # Errors
     /// The tangent is singular; a chain, which has no nodes.
     pub fn displacements_per_tension(&mut self, twin: &Twin) -> Result<Vec<Vec<f64>>> {
-        let Solver::Mesh(solver) = &mut self.solver else {
+        let TwinSolver::Mesh(solver) = &mut self.solver else {
             return Err(BadInput::new("body", "finite elements", "a chain of sections")
                 .hint("leave out the reduced body")
                 .into());
@@ -322,8 +353,8 @@ impl Stepper {
     #[cfg(test)]
     pub(crate) fn fast_iteration(&mut self) -> &mut crate::quasi_newton::QuasiNewton {
         match &mut self.solver {
-            Solver::Mesh(solver) => &mut solver.quasi_newton,
-            Solver::Chain(_) => unreachable!("a chain"),
+            TwinSolver::Mesh(solver) => &mut solver.quasi_newton,
+            TwinSolver::Chain(_) => unreachable!("a chain"),
         }
     }
 

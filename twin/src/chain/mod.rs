@@ -6,7 +6,7 @@
 //! finite elements. Nothing is trained: the law is the third-order expansion of the finite-element energy about rest.
 //!
 //! Files in reading order: `rotation`, `section` (strain, its variations), `cubic`, `band` (the factor), `cut` and `warping` (where
-//! interfaces lie and how they deform), `condense` (the law of a section), `body` (the whole chain), `balance` and `tangent`
+//! interfaces lie and how they deform), `condense` (the law of a section), `body` and `make` (the whole chain), `balance` and `tangent`
 //! (residual of an equilibrium and its derivative), `solver`
 //! and `response` (of tip and cables), `shape` (as the twin sees it), `errors` and `validation` (against the finite elements), `file`.
 //!
@@ -23,6 +23,7 @@ mod cubic;
 mod cut;
 mod errors;
 mod file;
+mod make;
 mod response;
 mod rotation;
 mod section;

@@ -1,4 +1,4 @@
-//! What tensions, strokes and forces do to a chain and its tip, with the factor at hand.
+//! Responses of a chain and its tip to tensions, strokes and forces, with the factor at hand.
 
 use hysteron_fem::vectors::{combine_into, dot};
 use nalgebra::{DMatrix, DVector, Vector3};

@@ -49,7 +49,7 @@ pub(super) struct TwinResponse {
     pub tensions: Vec<Vec<Vec<f64>>>,
 }
 
-/// What a robot consists of, whatever its parameters are.
+/// The body of a robot, whatever its parameters are.
 #[derive(Debug, Clone, Copy)]
 pub struct FitBody<'a> {
     /// The mesh.

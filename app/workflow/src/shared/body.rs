@@ -7,13 +7,13 @@ use hysteron_base::Scene;
 /// The body that moves a robot.
 #[derive(Debug, Clone, Default)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
-pub struct BodyOptions {
+pub struct RobotBodyOptions {
     /// Chain by hysteron reduce: it moves the robot in place of the finite elements [default: that of the scene, if it names one]
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub reduced: Option<PathBuf>,
 }
 
-impl BodyOptions {
+impl RobotBodyOptions {
     /// The scene of a file, with this body.
     ///
     /// # Errors

@@ -504,5 +504,5 @@ fn reduced_body_is_a_part_of_the_hash_wherever_it_is_named() {
     assert_eq!(plain.clone().reduced(place("chain.json")).unwrap(), named);
     file::write_bytes(&place("chain.json"), "another chain").unwrap();
     assert_ne!(plain.reduced(place("chain.json")).unwrap().hash, named.hash);
-    rejects("[clamp]", "[reduced]\nfile = \"\"\n[clamp]", "reduced.file", "");
+    rejects("[clamp]", "[reduced]\nfile = \"\"\n[clamp]", "reduced.file", "\"\"");
 }

@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use crate::shared::body::BodyOptions;
+use crate::shared::body::RobotBodyOptions;
 
 /// Scene and outputs, the same for every verb that makes a run.
 #[derive(Debug, Clone)]
@@ -13,7 +13,7 @@ pub struct RunOptions {
     pub scene: PathBuf,
     /// The body that moves it.
     #[cfg_attr(feature = "clap", command(flatten))]
-    pub body: BodyOptions,
+    pub body: RobotBodyOptions,
     /// Recording to write, .parquet or .csv
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
     pub out: PathBuf,

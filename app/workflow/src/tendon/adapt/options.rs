@@ -5,7 +5,7 @@ use std::path::PathBuf;
 #[cfg(feature = "clap")]
 use hysteron_twin::residual::AdaptOptions;
 
-use crate::shared::body::BodyOptions;
+use crate::shared::body::RobotBodyOptions;
 
 /// Adapt a calibrated twin to new recordings
 #[derive(Debug, Clone)]
@@ -22,7 +22,7 @@ pub struct Options {
     pub scene: PathBuf,
     /// The body that moves it.
     #[cfg_attr(feature = "clap", command(flatten))]
-    pub body: BodyOptions,
+    pub body: RobotBodyOptions,
     /// Checkpoint to write, .safetensors
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub out: PathBuf,

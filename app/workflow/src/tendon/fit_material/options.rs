@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use hysteron_base::BadInput;
 use hysteron_twin::fit::TipFrame;
 
-use crate::shared::body::BodyOptions;
+use crate::shared::body::RobotBodyOptions;
 
 /// More than any set of recordings has.
 pub const MAX_STEPS: usize = 10_000_000;
@@ -20,7 +20,7 @@ pub struct Options {
     pub scene: PathBuf,
     /// The body that moves it.
     #[cfg_attr(feature = "clap", command(flatten))]
-    pub body: BodyOptions,
+    pub body: RobotBodyOptions,
     /// Recordings with commands and tip, or folders of them
     #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
     pub recordings: Vec<PathBuf>,

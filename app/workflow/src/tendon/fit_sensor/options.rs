@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use hysteron_base::BadInput;
 
-use crate::shared::body::BodyOptions;
+use crate::shared::body::RobotBodyOptions;
 
 /// Fit the force sensor to recordings without contact
 #[derive(Debug, Clone)]
@@ -14,7 +14,7 @@ pub struct Options {
     pub scene: PathBuf,
     /// The body that moves it.
     #[cfg_attr(feature = "clap", command(flatten))]
-    pub body: BodyOptions,
+    pub body: RobotBodyOptions,
     /// Recordings without contact, with holds between motions, or folders of them; where one has tip_force_x_n,
     /// tip_force_y_n, tip_force_z_n it calibrates the stiffness of the tip
     #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::shard::Shard;
-use crate::shared::body::BodyOptions;
+use crate::shared::body::RobotBodyOptions;
 
 /// Run a plan on the calibrated twin: synthetic data
 #[derive(Debug, Clone)]
@@ -13,7 +13,7 @@ pub struct Options {
     pub scene: PathBuf,
     /// The body that moves it.
     #[cfg_attr(feature = "clap", command(flatten))]
-    pub body: BodyOptions,
+    pub body: RobotBodyOptions,
     /// Checkpoint by hysteron fit-residual
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub residual: Option<PathBuf>,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::shared::body::BodyOptions;
+use crate::shared::body::RobotBodyOptions;
 
 /// More than any sample needs.
 pub const MAX_ROUNDS: usize = 100;
@@ -15,7 +15,7 @@ pub struct Options {
     pub scene: PathBuf,
     /// The body that moves it.
     #[cfg_attr(feature = "clap", command(flatten))]
-    pub body: BodyOptions,
+    pub body: RobotBodyOptions,
     /// Recordings, .parquet or .csv, or folders of them
     #[cfg_attr(feature = "clap", arg(required = true, value_name = "REC"))]
     pub recordings: Vec<PathBuf>,

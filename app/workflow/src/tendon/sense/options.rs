@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::shared::body::BodyOptions;
+use crate::shared::body::RobotBodyOptions;
 
 /// Estimate tensions and the force on the tip from a recording
 #[derive(Debug, Clone)]
@@ -12,7 +12,7 @@ pub struct Options {
     pub scene: PathBuf,
     /// The body that moves it.
     #[cfg_attr(feature = "clap", command(flatten))]
-    pub body: BodyOptions,
+    pub body: RobotBodyOptions,
     /// Recording of strokes and tip, .parquet or .csv; with ticks and loads where there are servos
     #[cfg_attr(feature = "clap", arg(value_name = "REC"))]
     pub recording: PathBuf,
