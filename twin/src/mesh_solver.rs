@@ -126,12 +126,12 @@ impl BodySolver for MeshSolver {
         held: &[usize],
     ) -> Option<TipDerivatives> {
         let adjoints = tip_adjoints(twin, control, state, held, &mut self.quasi_newton)?;
-        let mut shape = twin.cables.shape();
-        twin.cables.measure(&state.positions, &mut shape);
+        self.measure(twin, control, state);
+        let shape = &self.balance.shape;
         let per_force =
             twin.tip_displacements(adjoints.each_ref().map(|adjoint| adjoint.of_force.as_slice()));
         let per_tension = adjoints.each_ref().map(|adjoint| {
-            (0..twin.cables.len()).map(|j| twin.cables.row_times(&shape, j, &adjoint.of_force)).collect()
+            (0..twin.cables.len()).map(|j| twin.cables.row_times(shape, j, &adjoint.of_force)).collect()
         });
         Some(TipDerivatives { per_tension, per_stroke: adjoints.map(|adjoint| adjoint.of_stroke), per_force })
     }

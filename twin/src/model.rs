@@ -290,6 +290,14 @@ impl Twin {
         }
     }
 
+    /// Number of nodes and of interfaces that a state has.
+    pub(crate) fn configuration(&self) -> [usize; 2] {
+        match &self.chain {
+            Some(chain) => [0, chain.rest.len()],
+            None => [self.body.n_nodes(), 0],
+        }
+    }
+
     /// Number of tendons with backlash.
     pub(crate) fn n_backlash(&self) -> usize {
         if self.backlash > 0.0 { self.n_primary } else { 0 }

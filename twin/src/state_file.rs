@@ -90,8 +90,7 @@ impl TwinState {
     /// Another format, version, scene or size; a truncated or damaged file; a load outside 0 to 1; a number that is
     /// not finite.
     pub fn read(path: &Path, twin: &Twin, scene_hash: &str) -> Result<Self> {
-        let rest = twin.rest();
-        let (n_nodes, n_interfaces) = (rest.positions.len(), rest.interfaces.len());
+        let [n_nodes, n_interfaces] = twin.configuration();
         let n_memory = twin.friction.len() + twin.n_backlash();
         let expected = [n_nodes, n_interfaces, twin.cables.len(), n_memory];
         let n_configuration = 3 * n_nodes + OF_INTERFACE * n_interfaces;

@@ -418,13 +418,21 @@ impl Stepper {
 }
 
 fn check_state(twin: &Twin, state: &TwinState) -> Result<()> {
-    let (rest, of) = (twin.rest(), |state: &TwinState| state.positions.len() + state.interfaces.len());
-    let found = (of(state), state.tensions.len(), state.slip.len(), state.backlash.len());
-    let expected = (of(&rest), twin.cables.len(), twin.friction.len(), twin.n_backlash());
+    let found = ([state.positions.len(), state.interfaces.len()], state.tensions.len());
+    let found = (found, state.slip.len(), state.backlash.len());
+    let expected = ((twin.configuration(), twin.cables.len()), twin.friction.len(), twin.n_backlash());
     if found != expected {
-        let text = |(nodes, tensions, slip, backlash): (usize, usize, usize, usize)| {
+        let text = |(([nodes, interfaces], tensions), slip, backlash): (
+            ([usize; 2], usize),
+            usize,
+            usize,
+        )| {
+            let configuration = match interfaces {
+                0 => format!("{nodes} nodes"),
+                _ => format!("{interfaces} interfaces"),
+            };
             format!(
-                "{nodes} nodes, {tensions} tensions, {slip} friction points and {backlash} backlash states"
+                "{configuration}, {tensions} tensions, {slip} friction points and {backlash} backlash states"
             )
         };
         let (expected, found) = (text(expected), text(found));

@@ -24,7 +24,8 @@ impl ChainSolver {
 
     /// Derivatives of the tip, cables `held` keeping their strokes; `None` where two of them pull the same way.
     pub(super) fn derivatives_of_tip(&mut self, held: &[usize]) -> Option<TipDerivatives> {
-        let loads = [0, 1, 2].map(|c| self.under_tip_force(c));
+        let mut loads = [0, 1, 2].map(|c| self.tip_force(c));
+        self.tangent.solve_many(&mut loads, &mut self.panel);
         let mut per_tension = self.tip_moves(self.columns.iter());
         let mut per_force = self.tip_moves(loads.iter()).map(|row| [row[0], row[1], row[2]]);
         if held.is_empty() {
@@ -50,15 +51,14 @@ impl ChainSolver {
         Some(TipDerivatives { per_tension, per_stroke, per_force })
     }
 
-    /// Change of the unknowns by a unit force on the tip along coordinate `c` of the frame in which it is recorded.
-    fn under_tip_force(&mut self, c: usize) -> Vec<BlockVector> {
-        let Self { chain, tip, tangent, .. } = self;
+    /// A unit force on the tip along coordinate `c` of the frame in which it is recorded.
+    fn tip_force(&self, c: usize) -> Vec<BlockVector> {
+        let Self { chain, tip, .. } = self;
         let mut load = vec![[0.0; BLOCK]; chain.n_sections()];
         for (axis, row) in tip.iter().enumerate() {
             let weight = chain.tracker.turn[(c, axis)];
             combine_into(chain.isa, &[weight], &[row.as_flattened()], load.as_flattened_mut());
         }
-        tangent.solve(&mut load);
         load
     }
 

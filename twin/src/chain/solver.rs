@@ -55,7 +55,7 @@ pub(crate) struct ChainSolver {
     /// Pulls of all cables at the points of a section; scratch.
     pulls: Vec<Vec<f64>>,
     /// Columns side by side; scratch.
-    panel: Vec<PanelBlock>,
+    pub(super) panel: Vec<PanelBlock>,
     /// Negative eigenvalues of the tangent.
     n_negative: usize,
     tensions: TensionStep,

@@ -19,10 +19,6 @@ impl RobotBodyOptions {
     /// # Errors
     /// Those of [`Scene::read`]; a chain that cannot be read.
     pub fn scene(&self, path: &Path) -> hysteron_base::Result<Scene> {
-        let scene = Scene::read(path)?;
-        match &self.reduced {
-            Some(reduced) => scene.reduced(reduced.clone()),
-            None => Ok(scene),
-        }
+        Scene::read_with(path, self.reduced.clone())
     }
 }

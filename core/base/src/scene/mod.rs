@@ -282,25 +282,24 @@ impl Scene {
     /// `BadInput` naming the key, what it may be and what it was, or that there is no mesh; `Io` if a file cannot be
     /// read.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        Self::read_with(path, None)
+    }
+
+    /// As [`Scene::read`], with the reduced body of a file, if one is given, in place of that which the scene names.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn read_with(path: impl AsRef<Path>, reduced: Option<PathBuf>) -> Result<Self> {
         let path = path.as_ref();
         let folder = path.parent().unwrap_or(Path::new(""));
         let scene = Self::from_toml(&file::read_text(path)?, &path.display().to_string(), folder)?;
         let mesh = file::sha256_of(&scene.mesh_path)?;
-        let hash = file::sha256_hex(format!("{}\n{mesh}", scene.hash).as_bytes());
-        let scene = Self { hash, ..scene };
-        match scene.reduced_path.clone() {
-            Some(path) => scene.reduced(path),
-            None => Ok(scene),
+        let mut hash = file::sha256_hex(format!("{}\n{mesh}", scene.hash).as_bytes());
+        let reduced_path = reduced.or(scene.reduced_path);
+        if let Some(path) = &reduced_path {
+            hash = file::sha256_hex(format!("{hash}\nreduced {}", file::sha256_of(path)?).as_bytes());
         }
-    }
-
-    /// The scene that was read, with the reduced body of a file in place of its mesh.
-    ///
-    /// # Errors
-    /// `Io` if the file cannot be read.
-    pub fn reduced(self, path: PathBuf) -> Result<Self> {
-        let hash = file::sha256_hex(format!("{}\nreduced {}", self.hash, file::sha256_of(&path)?).as_bytes());
-        Ok(Self { hash, reduced_path: Some(path), ..self })
+        Ok(Self { hash, reduced_path, ..scene })
     }
 
     /// The scene in the text of a scene file; `place` names the file in messages, `folder` is where the

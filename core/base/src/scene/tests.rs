@@ -501,8 +501,14 @@ fn reduced_body_is_a_part_of_the_hash_wherever_it_is_named() {
     let named = with(&EXAMPLE.replace("[clamp]", "[reduced]\nfile = \"chain.json\"\n[clamp]"));
     assert_eq!(named.reduced_path, Some(place("chain.json")));
     assert_ne!(named.hash, plain.hash);
-    assert_eq!(plain.clone().reduced(place("chain.json")).unwrap(), named);
+    // In place of one that is not there, of none, and with another content.
+    let given = || Scene::read_with(place("scene.toml"), Some(place("chain.json"))).unwrap();
+    with(EXAMPLE);
+    assert_eq!(given(), named);
+    let other = EXAMPLE.replace("[clamp]", "[reduced]\nfile = \"none.json\"\n[clamp]");
+    file::write_bytes(&place("scene.toml"), other).unwrap();
+    assert_eq!(given(), named);
     file::write_bytes(&place("chain.json"), "another chain").unwrap();
-    assert_ne!(plain.reduced(place("chain.json")).unwrap().hash, named.hash);
+    assert_ne!(given().hash, named.hash);
     rejects("[clamp]", "[reduced]\nfile = \"\"\n[clamp]", "reduced.file", "\"\"");
 }

@@ -110,7 +110,7 @@ fn verdict(rows: &[IdentifiedRecording], left_out: &[String]) -> Verdict {
     let outside = outside as f64 / samples as f64;
     let mm = |m: f64| format!("{:.3} mm", 1e3 * m);
     let n = rows.len() + left_out.len();
-    let verdict = Verdict::on(format!(
+    let mut verdict = Verdict::on(format!(
         "auxiliary tendons bring the twin's tip within {} of the measured one",
         mm(after)
     ))
@@ -134,16 +134,15 @@ fn verdict(rows: &[IdentifiedRecording], left_out: &[String]) -> Verdict {
         left_out.len() as f64 / n.max(1) as f64,
         format!("{} of {n} recordings were skipped", left_out.len()),
     );
-    let verdict = match outside > 0.0 {
-        true => verdict.because(
+    if outside > 0.0 {
+        verdict = verdict.because(
             Criterion::OutsideTraining,
             outside,
             format!(
                 "the chain is bent further than it was validated in {:.1} % of the samples",
                 100.0 * outside
             ),
-        ),
-        false => verdict,
-    };
+        );
+    }
     verdict.verdict()
 }
