@@ -10,7 +10,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use hysteron_base::Scene;
-use hysteron_twin::chain::{Chain, ErrorSpread, ValidationOptions};
+use hysteron_twin::chain::{Chain, Equilibrium, ErrorSpread, ValidationOptions};
 use hysteron_twin::{Accuracy, Result, Stepper, Target, Twin};
 
 /// Radius and step of the circle [m].
@@ -44,7 +44,7 @@ fn main() -> Result<()> {
         tension: number(3, 10.0),
         seed: 1,
     };
-    chain.validate(&twin, &options, |_| true)?;
+    chain.validate(&twin, &options, &Equilibrium::all(&twin, &options)?)?;
     if let Some(validation) = &chain.validation {
         let row = |name: &str, unit: f64, spread: &ErrorSpread| {
             let [a, b, c] = [spread.median, spread.percentile_99, spread.largest].map(|error| unit * error);

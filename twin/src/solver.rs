@@ -29,10 +29,26 @@ pub(crate) enum TipMotion {
     Pose,
 }
 
+/// Pairs of cables whose W is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum CablePairs {
+    /// All.
+    All,
+    /// Those of which one keeps its stroke, or may.
+    WithStroke,
+}
+
+/// What a response has to have.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WantedResponse {
+    pub tip: TipMotion,
+    pub pairs: CablePairs,
+}
+
 /// Response of the cables and of the tip to tensions.
 #[derive(Debug, Clone)]
 pub(crate) struct TensionResponse {
-    /// W + C, row-major n_cables × n_cables, symmetric [m/N].
+    /// W + C, row-major n_cables × n_cables, symmetric [m/N]; of the pairs that were not asked for anything.
     pub delassus: Vec<f64>,
     /// Displacement of the recorded tip by unit tensions, three rows [m/N], one column per cable.
     pub tip: [Vec<f64>; 3],
@@ -100,7 +116,7 @@ pub(crate) trait BodySolver {
         twin: &Twin,
         control: &StepTargets,
         state: &TwinState,
-        tip: TipMotion,
+        wanted: WantedResponse,
     ) -> Option<TensionResponse>;
 
     /// W + C of the exact tangent, row-major n_cables × n_cables [m/N], at `state`.

@@ -9,7 +9,9 @@ use crate::friction_points::FrictionPoints;
 use crate::mesh_solver::MeshSolver;
 use crate::model::{Target, Twin};
 use crate::report::StepReport;
-use crate::solver::{BodySolver, Stuck, TensionResponse, TipDerivatives, TipMotion};
+use crate::solver::{
+    BodySolver, CablePairs, Stuck, TensionResponse, TipDerivatives, TipMotion, WantedResponse,
+};
 use crate::state::TwinState;
 use crate::tip::TipResponse;
 use crate::{Error, Result};
@@ -192,7 +194,7 @@ impl Stepper {
         let state = std::mem::take(&mut self.state);
         self.command(twin, targets, &state);
         self.state = state;
-        let response = self.response(twin, tip)?;
+        let response = self.response(twin, WantedResponse { tip, pairs: CablePairs::WithStroke })?;
         Some(LinearisedStep {
             state: &self.state,
             response,
@@ -343,10 +345,10 @@ impl Stepper {
     }
 
     /// Response to tensions with the lagged factor, computed at the present equilibrium if there is none: approximate.
-    pub(crate) fn response(&mut self, twin: &Twin, tip: TipMotion) -> Option<TensionResponse> {
+    pub(crate) fn response(&mut self, twin: &Twin, wanted: WantedResponse) -> Option<TensionResponse> {
         let solver = self.solver.get_mut();
         solver.measure(twin, &self.control, &self.state);
-        solver.response(twin, &self.control, &self.state, tip)
+        solver.response(twin, &self.control, &self.state, wanted)
     }
 
     /// The iteration of finite elements.

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::band::BlockVector;
 use super::body::{CableReach, Chain, ChainPart, Sink};
-use super::section::{Interface, Site, StrainedPose};
+use super::section::{Interface, Site, StrainedPose, Stressed};
 use super::{BLOCK, PADDED, Strain};
 use crate::cable::CableShape;
 use crate::equilibrium_residual::{StepTargets, compare_strokes};
@@ -220,29 +220,23 @@ impl ChainBalance {
     fn collect_local(&mut self, chain: &Chain, sink: &Sink) {
         self.local_forces.clear();
         for &part in &sink.parts {
-            let [x, y, z, _] = self.forces[part as usize];
-            let rotation = &self.poses[chain.parts[part as usize].site.section()].rotation;
-            self.local_forces.extend_from_slice(rotation.tr_mul(&Vector3::new(x, y, z)).as_slice());
+            let force = local_force(&self.forces, &self.poses, chain, part);
+            self.local_forces.extend_from_slice(force.as_slice());
         }
     }
 
-    /// Adds to W what cable points sink in per tension, at the configuration placed last; `pulls` is scratch.
-    pub fn add_sinks(&mut self, chain: &Chain, delassus: &mut [f64], pulls: &mut Vec<Vec<f64>>) {
-        let m = chain.cables.len();
-        for sink in &chain.sinks {
-            pulls.clear();
-            for j in 0..m {
-                self.forces.fill([0.0; 4]);
-                chain.cables.add_forces_of(&self.shape, j, 1.0, &mut self.forces);
-                self.collect_local(chain, sink);
-                pulls.push(self.local_forces.clone());
-            }
-            self.local_moves.resize(3 * sink.parts.len(), 0.0);
-            for j in (0..m).filter(|&j| pulls[j].iter().any(|f| *f != 0.0)) {
-                chain.isa.run(Multiply { matrix: &sink.compliance, x: &pulls[j], y: &mut self.local_moves });
-                for (k, pull) in pulls.iter().enumerate() {
-                    delassus[j * m + k] +=
-                        pull.iter().zip(&self.local_moves).map(|(f, u)| f * u).sum::<f64>();
+    /// Writes the pulls of each cable per tension at the parts of its sinks, in their sections' frames, at the configuration
+    /// placed last.
+    pub fn local_pulls_into(&mut self, chain: &Chain, pulls: &mut Vec<f64>) {
+        pulls.clear();
+        pulls.resize(chain.sinks.iter().map(|sink| 3 * sink.parts.len() * sink.cables.len()).sum(), 0.0);
+        for (j, reach) in chain.reach.iter().enumerate().filter(|(_, reach)| !reach.sinks.is_empty()) {
+            self.forces.fill([0.0; 4]);
+            chain.cables.add_forces_of(&self.shape, j, 1.0, &mut self.forces);
+            for &(sink, start) in &reach.sinks {
+                let parts = &chain.sinks[sink].parts;
+                for (pull, &part) in pulls[start..].as_chunks_mut::<3>().0.iter_mut().zip(parts) {
+                    *pull = local_force(&self.forces, &self.poses, chain, part).into();
                 }
             }
         }
@@ -269,9 +263,9 @@ impl ChainBalance {
         for (((law, pose), pull), net) in
             chain.laws.iter().zip(&self.poses).zip(&self.pulls).zip(&mut self.net)
         {
-            let (stress, [quadratic, cubic]) = law.stress(chain.isa, &pose.strain);
-            self.energy += quadratic + cubic;
-            self.strain = self.strain.max((2.0 * quadratic / law.scale).sqrt());
+            let Stressed { stress, energy, size } = law.stress(chain.isa, &pose.strain);
+            self.energy += energy;
+            self.strain = self.strain.max(size);
             net.force = -pull.force;
             net.moment = -pull.moment;
             net.end_force = -pull.end_force;
@@ -299,7 +293,7 @@ impl ChainBalance {
 
     /// Writes row j of J, ∂s_j per unknown, at the configuration placed last.
     pub fn row_into(&mut self, chain: &Chain, j: usize, row: &mut [BlockVector]) {
-        let CableReach { parts, blocks } = &chain.reach[j];
+        let CableReach { parts, blocks, .. } = &chain.reach[j];
         for &part in parts {
             self.forces[part as usize] = [0.0; 4];
         }
@@ -353,11 +347,17 @@ impl ChainBalance {
     }
 }
 
+/// Force on a part in its section's frame.
+fn local_force(forces: &[[f64; 4]], poses: &[StrainedPose], chain: &Chain, part: u32) -> Vector3<f64> {
+    let [x, y, z, _] = forces[part as usize];
+    poses[chain.parts[part as usize].site.section()].rotation.tr_mul(&Vector3::new(x, y, z))
+}
+
 /// Writes a symmetric matrix times a vector.
-struct Multiply<'a> {
-    matrix: &'a [f64],
-    x: &'a [f64],
-    y: &'a mut [f64],
+pub(super) struct Multiply<'a> {
+    pub matrix: &'a [f64],
+    pub x: &'a [f64],
+    pub y: &'a mut [f64],
 }
 
 impl WithSimd for Multiply<'_> {

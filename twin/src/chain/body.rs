@@ -68,6 +68,8 @@ pub(crate) struct CableReach {
     pub parts: Vec<u32>,
     /// The free interfaces that these move with, and the sections before them.
     pub blocks: Range<usize>,
+    /// The sinks with some of these parts, and where its pulls at each begin among those of all cables.
+    pub sinks: Vec<(usize, usize)>,
 }
 
 /// How parts within a section move in its frame under the forces on them, between interfaces that are held.
@@ -76,6 +78,8 @@ pub(crate) struct Sink {
     pub parts: Vec<u32>,
     /// Compliance [m/N], row-major, rows and columns by part, then axis; symmetric.
     pub compliance: Vec<f64>,
+    /// The cables that pull at them, and where their pulls begin among those of all.
+    pub cables: Vec<(usize, usize)>,
 }
 
 /// The chain of one robot. Never changes.

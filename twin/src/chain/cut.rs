@@ -357,7 +357,8 @@ mod tests {
         let twin = uneven(Order::Linear);
         let mut chain = crate::chain::Chain::new(&twin).expect("a chain");
         let options = crate::chain::ValidationOptions { count: 4, stroke: 1e-3, tension: 0.0, seed: 3 };
-        chain.validate(&twin, &options, |_| true).expect("good targets");
+        let exact = crate::chain::Equilibrium::all(&twin, &options).expect("good targets");
+        chain.validate(&twin, &options, &exact).expect("good targets");
         let validation = chain.validation.expect("a validation");
         // Interfaces are not plane, and their ten warpings leave more of the responses out than those of layers.
         assert_eq!((validation.count, validation.refused), (4, [0; 2]));

@@ -244,7 +244,7 @@ impl ChainFile {
             sinks: self
                 .sinks
                 .into_iter()
-                .map(|entry| Sink { parts: entry.parts, compliance: entry.compliance })
+                .map(|entry| Sink { parts: entry.parts, compliance: entry.compliance, cables: Vec::new() })
                 .collect(),
             shape: BodyShape { body: self.body_sha256, auxiliary: self.auxiliary_sha256 },
             material: self.material,
@@ -323,7 +323,7 @@ mod tests {
     use hysteron_fem::Order;
 
     use super::*;
-    use crate::chain::ValidationOptions;
+    use crate::chain::{Equilibrium, ValidationOptions};
     use crate::{Stepper, Target, scenes};
 
     fn robot() -> (Twin, Chain) {
@@ -339,7 +339,8 @@ mod tests {
     fn chain_that_was_read_makes_the_same_steps() {
         let (twin, mut chain) = robot();
         let options = ValidationOptions { count: 1, stroke: 1e-4, tension: 0.0, seed: 1 };
-        chain.validate(&twin, &options, |_| true).expect("good targets");
+        let exact = Equilibrium::all(&twin, &options).expect("good targets");
+        chain.validate(&twin, &options, &exact).expect("good targets");
         let place = tempfile::tempdir().expect("a folder");
         let path = place.path().join("chain.json");
         chain.write(&path, "test").expect("a file");

@@ -157,6 +157,7 @@ impl Chain {
         self.material.youngs_modulus = twin.body.material.youngs_modulus;
         self.segments = segments(&self.cables);
         self.reach = (0..self.cables.len()).map(|j| self.reach(j)).collect();
+        self.connect_sinks();
         (self.loads, self.tracker) = (loads, twin.tracker);
         (self.accuracy, self.least_force) = (twin.accuracy, least_force(twin));
         self
@@ -172,7 +173,22 @@ impl Chain {
         let (first, last) = sites.fold((self.n_sections(), 0), |(first, last), site| {
             (first.min(site.first().saturating_sub(1)), last.max(site.section() + 1))
         });
-        CableReach { parts, blocks: first.min(last)..last }
+        CableReach { parts, blocks: first.min(last)..last, sinks: Vec::new() }
+    }
+
+    /// Finds which cables pull at parts within sections.
+    fn connect_sinks(&mut self) {
+        let mut start = 0;
+        for (s, sink) in self.sinks.iter_mut().enumerate() {
+            sink.cables.clear();
+            for (j, reach) in self.reach.iter_mut().enumerate() {
+                if sink.parts.iter().any(|part| reach.parts.binary_search(part).is_ok()) {
+                    sink.cables.push((j, start));
+                    reach.sinks.push((s, start));
+                    start += 3 * sink.parts.len();
+                }
+            }
+        }
     }
 }
 
@@ -268,7 +284,8 @@ fn sinks(sections: &mut [Condensed], parts: &[ChainPart], carriers: &[Vec<(u32, 
         let own: Vec<u32> = within.map(|p| p as u32).collect();
         if !own.is_empty() {
             let sums: Vec<&[(u32, f64)]> = own.iter().map(|&p| &carriers[p as usize][..]).collect();
-            sinks.push(Sink { compliance: section.local_compliance(&sums), parts: own });
+            let compliance = section.local_compliance(&sums);
+            sinks.push(Sink { compliance, parts: own, cables: Vec::new() });
         }
     }
     sinks

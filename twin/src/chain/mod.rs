@@ -18,7 +18,9 @@
 mod balance;
 mod band;
 mod body;
+mod columns;
 mod condense;
+mod continuation;
 mod cubic;
 mod cut;
 mod errors;
@@ -37,7 +39,7 @@ pub use body::Chain;
 pub use errors::{ErrorSpread, Validation};
 pub use section::Interface;
 pub(crate) use solver::ChainSolver;
-pub use validation::ValidationOptions;
+pub use validation::{Equilibrium, ValidationOptions};
 
 #[cfg(test)]
 mod tests;

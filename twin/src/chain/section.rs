@@ -11,6 +11,7 @@ use hysteron_base::lanes::{Isa, Simd, WithSimd};
 use nalgebra::{Matrix3, Vector3};
 
 use super::band::BlockVector;
+use super::continuation::Continuation;
 use super::cubic::Cubic;
 use super::rotation::{HalfAngle, exp, log};
 use super::{PADDED, POSE, STRAIN, Strain, WARPINGS};
@@ -40,19 +41,33 @@ pub(crate) struct SectionLaw {
 }
 
 impl SectionLaw {
-    /// σ = K ε + ½ A[ε, ε], and the quadratic and the cubic part of the energy [J].
-    pub fn stress(&self, isa: Isa, strain: &Strain) -> (Strain, [f64; 2]) {
-        let mut stress = [0.0; PADDED];
-        self.cubic.add_stress(isa, strain, &mut stress);
-        let cubic: f64 = stress.iter().zip(strain).map(|(s, e)| s * e).sum::<f64>() / 3.0;
-        let mut linear = [0.0; PADDED];
-        isa.run(LinearStrain { stiffness: &self.stiffness, strain, stress: &mut linear });
-        let mut quadratic = 0.0;
-        for k in 0..STRAIN {
-            quadratic += 0.5 * linear[k] * strain[k];
-            stress[k] += linear[k];
+    /// Stress and energy at a strain.
+    pub fn stress(&self, isa: Isa, strain: &Strain) -> Stressed {
+        let Parts { linear, quadratic, of_cubic: mut stress, cubic } = self.parts(isa, strain);
+        let (energy, factors) = match Continuation::of(quadratic, cubic) {
+            None => (quadratic + cubic, [1.0, 1.0]),
+            Some(soft) => (quadratic * soft.energy, [soft.of_quadratic, soft.of_cubic]),
+        };
+        for (stress, linear) in stress.iter_mut().zip(&linear) {
+            *stress = factors[0] * linear + factors[1] * *stress;
         }
-        (stress, [quadratic, cubic])
+        Stressed { stress, energy, size: (2.0 * quadratic / self.scale).sqrt() }
+    }
+
+    /// K ε and ½ A[ε, ε] with their energies.
+    fn parts(&self, isa: Isa, strain: &Strain) -> Parts {
+        let (mut linear, mut of_cubic) = ([0.0; PADDED], [0.0; PADDED]);
+        self.cubic.add_stress(isa, strain, &mut of_cubic);
+        isa.run(LinearStrain { stiffness: &self.stiffness, strain, stress: &mut linear });
+        let work = |stress: &Strain| stress.iter().zip(strain).map(|(s, e)| s * e).sum::<f64>();
+        Parts { quadratic: 0.5 * work(&linear), cubic: work(&of_cubic) / 3.0, linear, of_cubic }
+    }
+
+    /// The quadratic and the cubic part of the energy [J].
+    #[cfg(test)]
+    pub fn energies(&self, strain: &Strain) -> (f64, f64) {
+        let Parts { quadratic, cubic, .. } = self.parts(Isa::detect(), strain);
+        (quadratic, cubic)
     }
 
     /// Makes the material stiffer by a factor.
@@ -62,12 +77,45 @@ impl SectionLaw {
         self.scale *= factor;
     }
 
-    /// ∂σ/∂ε = K + A ε, by rows.
+    /// ∂σ/∂ε, by rows: K + A ε but where the energy is continued.
     pub fn tangent(&self, isa: Isa, strain: &Strain) -> [Strain; STRAIN] {
-        let mut tangent = self.stiffness;
+        let Parts { linear, quadratic, of_cubic, cubic } = self.parts(isa, strain);
+        let Some(soft) = Continuation::of(quadratic, cubic) else {
+            let mut tangent = self.stiffness;
+            self.cubic.add_tangent(isa, strain, &mut tangent);
+            return tangent;
+        };
+        let mut tangent = [[0.0; PADDED]; STRAIN];
         self.cubic.add_tangent(isa, strain, &mut tangent);
+        // Q ∂c/∂ε; the ratio's own change adds Q g'' ∂c ∂cᵀ.
+        let ratio: Strain = std::array::from_fn(|k| of_cubic[k] - soft.ratio * linear[k]);
+        for (i, (row, stiffness)) in tangent.iter_mut().zip(&self.stiffness).enumerate() {
+            let of_ratio = soft.curvature / quadratic * ratio[i];
+            for k in 0..STRAIN {
+                row[k] = soft.of_quadratic * stiffness[k] + soft.of_cubic * row[k] + of_ratio * ratio[k];
+            }
+        }
         tangent
     }
+}
+
+/// A section under strain.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stressed {
+    /// σ.
+    pub stress: Strain,
+    /// W [J].
+    pub energy: f64,
+    /// Root of twice the quadratic energy over E V [-].
+    pub size: f64,
+}
+
+/// The two parts of a stress and of its energy.
+struct Parts {
+    linear: Strain,
+    quadratic: f64,
+    of_cubic: Strain,
+    cubic: f64,
 }
 
 /// Adds K ε.

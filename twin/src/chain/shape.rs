@@ -29,8 +29,7 @@ impl Chain {
         let pairs = state.interfaces.windows(2).zip(&self.laws);
         let strains = pairs.map(|(pair, law)| {
             let strain = StrainedPose::new(&pair[0], &pair[1], &law.rest).strain;
-            let (_, [quadratic, _]) = law.stress(self.isa, &strain);
-            (2.0 * quadratic / law.scale).sqrt()
+            law.stress(self.isa, &strain).size
         });
         strains.fold(0.0, f64::max)
     }

@@ -55,6 +55,15 @@ pub(super) fn moved_chain() -> (Twin, Moved) {
     (twin, Moved { chain, interfaces, tensions })
 }
 
+impl Chain {
+    /// The same, its parts held where the strain of their sections brings them.
+    pub(super) fn without_sinks(mut self) -> Self {
+        self.sinks.clear();
+        self.reach.iter_mut().for_each(|reach| reach.sinks.clear());
+        self
+    }
+}
+
 /// The same robot, moved by a chain of its own.
 fn reduced(twin: &Twin) -> Twin {
     twin.clone().with_chain(Chain::new(twin).expect("a chain"))
@@ -215,7 +224,7 @@ fn tendon_that_ends_within_a_section_sinks_in_as_in_the_finite_elements() {
     let error = (of(chain.clone()) - exact).abs() / exact;
     assert!(error < 1e-4, "{error}");
     assert!(!chain.sinks.is_empty());
-    let error = (of(Chain { sinks: Vec::new(), ..chain }) - exact).abs() / exact;
+    let error = (of(chain.without_sinks()) - exact).abs() / exact;
     assert!(error > 1e-2, "{error}: an end that does not sink in tests nothing");
 }
 

@@ -1,6 +1,9 @@
 //! How well a chain follows the finite elements that it was made from: equilibria of both under the same random targets.
 
+use hysteron_base::parallel;
+use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt;
+use serde::{Deserialize, Serialize};
 
 use super::body::Chain;
 use super::errors::{ErrorSpread, Validation};
@@ -11,11 +14,11 @@ use crate::{Error, Result};
 
 /// Displacements and tensions below which errors are not relative any more: of the body's length, and of the strongest tension.
 const LEAST_SHARE: f64 = 0.025;
-/// Steps from one equilibrium to the next where friction makes the way matter.
+/// Steps from rest to an equilibrium where friction makes the way matter.
 const WALK: usize = 60;
 
 /// Targets of a validation.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ValidationOptions {
     /// Number of equilibria.
     pub count: usize,
@@ -25,6 +28,48 @@ pub struct ValidationOptions {
     pub tension: f64,
     /// Seed of the random targets.
     pub seed: u64,
+}
+
+/// Where a body is under targets.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Equilibrium {
+    /// Recorded tip [m].
+    tip: [f64; 3],
+    /// Rotation vector of the recorded tip since rest [rad].
+    turn: [f64; 3],
+    /// Tension of each tendon [N].
+    tensions: Vec<f64>,
+}
+
+impl Equilibrium {
+    /// Of a twin under the validation's targets number `k`, from rest; `None` where there is none.
+    ///
+    /// # Errors
+    /// Targets that the twin refuses.
+    pub fn of(twin: &Twin, options: &ValidationOptions, k: usize) -> Result<Option<Self>> {
+        Ok(reached(twin, options, k)?.map(|stepper| Self::at(twin, &stepper)))
+    }
+
+    /// Those of all targets.
+    ///
+    /// # Errors
+    /// Those of [`Self::of`].
+    pub fn all(twin: &Twin, options: &ValidationOptions) -> Result<Vec<Option<Self>>> {
+        parallel::map_indices(options.count, |k| Self::of(twin, options, k)).into_iter().collect()
+    }
+
+    fn at(twin: &Twin, stepper: &Stepper) -> Self {
+        let state = stepper.state();
+        Self {
+            tip: twin.tip_of(state),
+            turn: twin.tip_rotation_of(state).scaled_axis().into(),
+            tensions: state.tensions[..twin.tendons.len()].to_vec(),
+        }
+    }
+
+    fn rotation(&self) -> UnitQuaternion<f64> {
+        UnitQuaternion::from_scaled_axis(Vector3::from(self.turn))
+    }
 }
 
 /// How a tendon is driven.
@@ -60,8 +105,8 @@ struct Compared {
 }
 
 impl Chain {
-    /// Compares equilibria under random targets with those of the finite elements, and keeps the errors. `heard` is told after
-    /// each; the answer is false to stop early.
+    /// Compares equilibria under random targets with those of the finite elements, [`Equilibrium::of`] the `twin` number 0, 1,
+    /// ..., and keeps the errors.
     ///
     /// # Errors
     /// Targets that the twin refuses.
@@ -69,36 +114,18 @@ impl Chain {
         &mut self,
         twin: &Twin,
         options: &ValidationOptions,
-        mut heard: impl FnMut(usize) -> bool,
+        exact: &[Option<Equilibrium>],
     ) -> Result<()> {
         self.validation = None;
-        let (fine_twin, coarse_twin) =
-            (Twin { chain: None, ..twin.clone() }, twin.clone().with_chain(self.clone()));
-        let fresh = || (Stepper::new(&fine_twin), Stepper::new(&coarse_twin));
-        let (mut fine, mut coarse) = fresh();
+        let reduced = twin.clone().with_chain(self.clone());
+        let rest = twin.tip_of(&twin.rest());
         let mut compared = Vec::new();
         let mut refused = [0; 2];
-        let mut from: Vec<Target> = twin.tendons.iter().map(|tendon| tendon.resting_target()).collect();
-        for k in 0..options.count {
-            let to = targets(twin, options, k);
-            let steps = if twin.friction.is_empty() { 1 } else { WALK };
-            let mut failed = [false; 2];
-            for step in 1..=steps {
-                let between = mix(&from, &to, step as f64 / steps as f64);
-                failed[0] |= has_none(fine.step(&fine_twin, &between))?;
-                failed[1] |= has_none(coarse.step(&coarse_twin, &between))?;
-            }
-            from = to;
-            if failed[0] || failed[1] {
-                refused[usize::from(!failed[0])] += 1;
-                // Both go on from the same place.
-                (fine, coarse) = fresh();
-                from = twin.tendons.iter().map(|tendon| tendon.resting_target()).collect();
-            } else {
-                compared.push(compare((&fine_twin, &fine), (&coarse_twin, &coarse)));
-            }
-            if !heard(k + 1) {
-                break;
+        for (k, exact) in exact.iter().enumerate() {
+            match (exact, reached(&reduced, options, k)?) {
+                (None, _) => refused[0] += 1,
+                (_, None) => refused[1] += 1,
+                (Some(exact), Some(found)) => compared.push(compare(exact, &reduced, &found, rest)),
             }
         }
         self.validation = Some(summary(&compared, refused, options, self.length()));
@@ -111,18 +138,33 @@ impl Chain {
     }
 }
 
-fn compare((fine_twin, fine): (&Twin, &Stepper), (coarse_twin, coarse): (&Twin, &Stepper)) -> Compared {
-    let (state, other) = (fine.state(), coarse.state());
-    let tip = fine_twin.tip_of(state);
-    let n = fine_twin.tendons.len();
-    let tensions = state.tensions[..n].iter().zip(&other.tensions);
+/// From rest to the targets number `k`; `None` where there is no equilibrium on the way.
+fn reached(twin: &Twin, options: &ValidationOptions, k: usize) -> Result<Option<Stepper>> {
+    let mut stepper = Stepper::new(twin);
+    let from: Vec<Target> = twin.tendons.iter().map(|tendon| tendon.resting_target()).collect();
+    let to = targets(twin, options, k);
+    let steps = if twin.friction.is_empty() { 1 } else { WALK };
+    for step in 1..=steps {
+        let between = mix(&from, &to, step as f64 / steps as f64);
+        match stepper.step(twin, &between) {
+            Ok(_) => (),
+            Err(Error::NoEquilibrium { .. }) => return Ok(None),
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(Some(stepper))
+}
+
+fn compare(exact: &Equilibrium, reduced: &Twin, found: &Stepper, rest: [f64; 3]) -> Compared {
+    let other = Equilibrium::at(reduced, found);
+    let tensions = exact.tensions.iter().zip(&other.tensions);
     Compared {
-        tip: distance(tip, coarse_twin.tip_of(other)),
-        moved: distance(tip, fine_twin.tip_of(&fine_twin.rest())),
+        tip: distance(exact.tip, other.tip),
+        moved: distance(exact.tip, rest),
         tension: tensions.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max),
-        strongest: state.tensions[..n].iter().fold(0.0, |max, t| t.abs().max(max)),
-        turn: fine_twin.tip_rotation_of(state).angle_to(&coarse_twin.tip_rotation_of(other)),
-        strain: coarse_twin.chain.as_ref().map_or(0.0, |chain| chain.strain_of(other)),
+        strongest: exact.tensions.iter().fold(0.0, |max, t| t.abs().max(max)),
+        turn: exact.rotation().angle_to(&other.rotation()),
+        strain: reduced.chain.as_ref().map_or(0.0, |chain| chain.strain_of(found.state())),
     }
 }
 
@@ -173,15 +215,6 @@ fn mix(from: &[Target], to: &[Target], t: f64) -> Vec<Target> {
     from.iter().zip(to).map(between).collect()
 }
 
-/// True where a step has found no equilibrium.
-fn has_none<T>(step: Result<T>) -> Result<bool> {
-    match step {
-        Ok(_) => Ok(false),
-        Err(Error::NoEquilibrium { .. }) => Ok(true),
-        Err(error) => Err(error),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use hysteron_base::MaterialLaw;
@@ -196,22 +229,24 @@ mod tests {
         let twin = Twin::new(&scene, &mesh).expect("a good scene");
         let mut chain = Chain::new(&twin).expect("a chain");
         let options = ValidationOptions { count: 4, stroke: 1e-3, tension: 0.0, seed: 3 };
-        let mut calls = 0;
-        let heard = |k| {
-            calls = k;
-            true
-        };
-        chain.validate(&twin, &options, heard).expect("good targets");
+        let exact = Equilibrium::all(&twin, &options).expect("good targets");
+        chain.validate(&twin, &options, &exact).expect("good targets");
         let validation = chain.validation.clone().expect("a validation");
-        assert_eq!((calls, validation.count, validation.refused), (4, 4, [0; 2]));
+        assert_eq!((validation.count, validation.refused), (4, [0; 2]));
         for spread in [validation.tip, validation.tensions, validation.turn] {
             // A turn by 13 degrees in 40 mm at most: what is left out is of fourth order.
             assert!(spread.median > 0.0 && spread.largest < 1e-3, "{validation:?}");
             assert!(spread.median <= spread.percentile_99 && spread.percentile_99 <= spread.largest);
         }
         let mut again = Chain::new(&twin).expect("a chain");
-        again.validate(&twin, &options, |_| true).expect("good targets");
+        again.validate(&twin, &options, &exact).expect("good targets");
         assert_eq!(again.validation, chain.validation);
+        let missing: Vec<_> = exact.iter().skip(1).cloned().chain([None]).collect();
+        again.validate(&twin, &options, &missing).expect("good targets");
+        let other = again.validation.expect("a validation");
+        // Equilibria of other targets are no match.
+        assert_eq!((other.count, other.refused), (3, [1, 0]));
+        assert!(other.tip.median > 0.1);
         let reduced = twin.clone().with_chain(chain);
         let mut stepper = Stepper::new(&reduced);
         let mut outside = |stroke: f64| {

@@ -2,7 +2,7 @@
 
 use hysteron_base::{Insert, MaterialLaw, Region, Scene};
 use hysteron_fem::{Layers, Order};
-use hysteron_twin::chain::{Chain, ValidationOptions};
+use hysteron_twin::chain::{Chain, Equilibrium, ValidationOptions};
 use hysteron_twin::{Stepper, Target, Twin};
 
 use super::{scenes, tolerance};
@@ -170,7 +170,7 @@ fn a_chain_has_the_stiff_parts_of_its_body() {
     let twin = Twin::new(&scene, &mesh).unwrap();
     let mut chain = Chain::new(&twin).unwrap();
     let options = ValidationOptions { count: 4, stroke: 1e-3, tension: 0.0, seed: 3 };
-    chain.validate(&twin, &options, |_| true).unwrap();
+    chain.validate(&twin, &options, &Equilibrium::all(&twin, &options).unwrap()).unwrap();
     let found = chain.validation.unwrap();
     // As without a cap: what is left out is of fourth order.
     assert_eq!((found.count, found.refused), (4, [0; 2]));

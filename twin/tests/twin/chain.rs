@@ -2,7 +2,7 @@
 
 use hysteron_base::{Channel, MaterialLaw, Metadata, Recording};
 use hysteron_fem::Order;
-use hysteron_twin::chain::Chain;
+use hysteron_twin::chain::{Chain, Equilibrium, ValidationOptions};
 use hysteron_twin::coreact::{AuxiliaryLimits, Identifier, IdentifyOptions, identify};
 use hysteron_twin::synthetic::{OUTSIDE_VALIDATION, RecordedStrokes, SyntheticOutcome, synthesise};
 use hysteron_twin::{
@@ -142,8 +142,8 @@ fn chain_reaches_goals_resumes_and_rolls_out_as_any_body() {
 fn synthetic_data_flag_what_lies_beyond_a_validation() {
     let (mesh, _) = both();
     let mut chain = Chain::new(&mesh).unwrap();
-    let options = hysteron_twin::chain::ValidationOptions { count: 1, stroke: 2e-4, tension: 0.0, seed: 1 };
-    chain.validate(&mesh, &options, |_| true).unwrap();
+    let options = ValidationOptions { count: 1, stroke: 2e-4, tension: 0.0, seed: 1 };
+    chain.validate(&mesh, &options, &Equilibrium::all(&mesh, &options).unwrap()).unwrap();
     let time: Vec<f64> = (0..120).map(|i| 0.01 * f64::from(i)).collect();
     let columns = (0..4).map(|k| {
         let values = (0..120).map(|i| circle(i)[k]).collect();

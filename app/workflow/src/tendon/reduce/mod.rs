@@ -1,5 +1,6 @@
 //! `hysteron reduce`: the body of a robot as a chain of condensed sections, compared with its mesh.
 
+mod equilibria;
 mod options;
 mod outcome;
 mod run;

@@ -4,9 +4,9 @@ use hysteron_base::Scene;
 use hysteron_twin::Twin;
 use hysteron_twin::chain::Chain;
 
+use super::equilibria::{equilibria, saved_beside};
 use super::options::Options;
 use super::outcome::Outcome;
-use crate::shared::error::Cancelled;
 use crate::shared::outputs::Outputs;
 use crate::{Context, WorkflowError};
 
@@ -26,16 +26,12 @@ fn reduce(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let _lock = outputs.check(context)?;
     let mut chain = Chain::new(&twin)?;
     context.listen();
-    let bar = context.progress("equilibria", options.count, 0);
-    chain.validate(&twin, &options.validation(&twin, scene.seed), |done| {
-        bar.set_position(done as u64);
-        !context.is_cancelled()
-    })?;
-    bar.finish();
-    if context.is_cancelled() {
-        return Err(Cancelled::new("; nothing is written").into());
-    }
+    let comparison = options.validation(&twin, scene.seed);
+    let exact = equilibria(&twin, &scene.hash, &comparison, &options.out, context)?;
+    chain.validate(&twin, &comparison, &exact)?;
     chain.write(&options.out, &context.command)?;
+    // The equilibria are of use until then; where there are none, no file was written.
+    let _ = std::fs::remove_file(saved_beside(&options.out));
     let errors = chain.validation.clone().unwrap_or_default();
     let outcome = Outcome::new(options.out.clone(), &scene.hash, &twin, &chain, errors);
     context.wrote(&options.out);
