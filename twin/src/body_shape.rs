@@ -14,10 +14,10 @@ pub(crate) struct BodyShape {
 }
 
 impl BodyShape {
-    pub fn new(scene: &Scene, mesh: &Mesh) -> Self {
+    /// Of a scene on the mesh with this hash.
+    pub fn new(scene: &Scene, mesh: &str) -> Self {
         let values = json!({
-            "mesh": hash_of(mesh),
-            "groups": mesh.groups,
+            "mesh": mesh,
             "clamp": scene.clamp,
             "law": scene.material.law,
             "poisson_ratio": scene.material.poisson_ratio,
@@ -56,12 +56,18 @@ fn way(tendon: &Tendon) -> Tendon {
     }
 }
 
-fn hash_of(mesh: &Mesh) -> String {
+/// SHA-256 of nodes, elements and groups.
+pub(crate) fn mesh_hash(mesh: &Mesh) -> String {
     let nodes = mesh.nodes.as_flattened().iter().flat_map(|x| x.to_le_bytes());
     let cells = match &mesh.cells {
         Cells::Tet4(cells) => cells.as_flattened(),
         Cells::Tet10(cells) => cells.as_flattened(),
     };
-    let bytes: Vec<u8> = nodes.chain(cells.iter().flat_map(|node| node.to_le_bytes())).collect();
+    let groups = mesh.groups.iter().flat_map(|(name, nodes)| {
+        let size = (nodes.len() as u64).to_le_bytes();
+        name.bytes().chain(size).chain(nodes.iter().flat_map(|node| node.to_le_bytes()))
+    });
+    let cells = cells.iter().flat_map(|node| node.to_le_bytes());
+    let bytes: Vec<u8> = nodes.chain(cells).chain(groups).collect();
     file::sha256_hex(&bytes)
 }

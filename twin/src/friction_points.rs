@@ -79,14 +79,15 @@ pub(crate) fn friction_points(tendons: &[Tendon], friction: &Friction) -> Vec<Fr
     points
 }
 
-/// Writes C for tendons that stretch: `sheath_share` of a tendon's compliance lies before the sheath's point, the rest
+/// Writes C for tendons that stretch: the sheath's share of a tendon's compliance lies before the sheath's point, the rest
 /// evenly along its way through the body. Cables of the same tendon stretch together where both pull.
 pub(crate) fn set_compliance(
     cables: &mut Cables,
     tendons: &[Tendon],
     points: &[FrictionPoint],
-    sheath_share: f64,
+    friction: Option<&Friction>,
 ) {
+    let sheath_share = friction.map_or(0.0, |friction| friction.sheath_compliance_share);
     for (j, tendon) in tendons.iter().enumerate().filter(|(_, tendon)| tendon.compliance > 0.0) {
         // Of each cable of this tendon, the compliance of all that it pulls.
         let mut pulled = vec![(j, tendon.compliance)];

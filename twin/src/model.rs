@@ -3,13 +3,13 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use hysteron_base::{BadInput, Bounds, Insert, PrescribedQuantity, Region, Scene, TipDefinition};
+use hysteron_base::{BadInput, Bounds, Insert, PrescribedQuantity, Region, Scene, Tendon, TipDefinition};
 use hysteron_fem::{Embedding, FemModel, Mesh, MeshQuality};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::Result;
 use crate::attachment::{carried, carried_tendon_point, shown_mm};
-use crate::body_shape::BodyShape;
+use crate::body_shape::{BodyShape, mesh_hash};
 use crate::cable::{CablePoint, Cables};
 use crate::chain::Chain;
 use crate::friction_points::{FrictionPoint, friction_points, set_compliance};
@@ -50,6 +50,18 @@ pub struct TwinTendon {
 }
 
 impl TwinTendon {
+    fn new(tendon: Tendon, outside: f64) -> Self {
+        Self {
+            name: tendon.name,
+            drive: tendon.drive,
+            tension: tendon.tension,
+            stroke: tendon.stroke,
+            outside,
+            compliance: tendon.compliance,
+            zero: tendon.zero,
+        }
+    }
+
     /// The target of a tendon that nothing drives.
     pub fn resting_target(&self) -> Target {
         match self.drive {
@@ -121,10 +133,12 @@ impl Couple {
 pub struct Twin {
     /// The chain that moves in place of the body, if any.
     pub chain: Option<Arc<Chain>>,
+    /// SHA-256 of the mesh.
+    mesh_hash: String,
     /// Hashes of all that a chain depends on.
     pub(crate) shape: BodyShape,
     /// The finite elements.
-    pub body: FemModel,
+    pub body: Arc<FemModel>,
     /// Tendons: `n_primary` real ones first, then the auxiliary ones.
     pub tendons: Vec<TwinTendon>,
     /// Their geometry, in the same order, then one cable per friction point: its tendon from there on.
@@ -215,8 +229,7 @@ impl Twin {
             friction.iter().map(|point| cables[point.tendon][point.first..].to_vec()).collect::<Vec<_>>(),
         );
         let mut cables = Cables::new(&body, &cables);
-        let sheath_share = scene.friction.map_or(0.0, |friction| friction.sheath_compliance_share);
-        set_compliance(&mut cables, &tendons, &friction, sheath_share);
+        set_compliance(&mut cables, &tendons, &friction, scene.friction.as_ref());
         let tip = match &scene.tip {
             TipDefinition::Group(group) => {
                 mean_of(&body, &region_nodes(mesh, &Region::Group(group.clone()), "tip")?)
@@ -241,37 +254,89 @@ impl Twin {
                 }
             }
         }
-        let accuracy = Accuracy {
-            relative_residual: scene.solver.relative_residual,
-            stroke: scene.solver.stroke_tolerance,
-        };
-        let n_primary = scene.tendons.len();
-        let specs = tendons.into_iter().zip(outside).map(|(tendon, outside)| TwinTendon {
-            name: tendon.name,
-            drive: tendon.drive,
-            tension: tendon.tension,
-            stroke: tendon.stroke,
-            outside,
-            compliance: tendon.compliance,
-            zero: tendon.zero,
-        });
+        let specs = tendons.into_iter().zip(outside).map(|(tendon, outside)| TwinTendon::new(tendon, outside));
+        let mesh_hash = mesh_hash(mesh);
         Ok(Self {
             chain: None,
-            shape: BodyShape::new(scene, mesh),
-            body,
+            shape: BodyShape::new(scene, &mesh_hash),
+            mesh_hash,
+            body: Arc::new(body),
             tendons: specs.collect(),
             cables,
             friction,
             backlash: scene.friction.map_or(0.0, |friction| friction.backlash),
-            n_primary,
-            auxiliary_rate: scene.auxiliary.as_ref().map_or(f64::INFINITY, |layout| layout.stroke_rate),
+            n_primary: scene.tendons.len(),
+            auxiliary_rate: auxiliary_rate(scene),
             gravity: scene.gravity,
             loads,
             couples: Vec::new(),
             tip,
             tracker: Registration::new(&scene.tracker),
-            accuracy,
+            accuracy: accuracy(scene),
         })
+    }
+
+    /// The same robot with the numbers of another scene of it, on the same body and with the same chain: stiffness, density,
+    /// gravity, what moves the tendons, their zeros and compliance, friction, tracker, accuracy. `None` where the scene is of
+    /// another body or has other tendons or friction points.
+    pub(crate) fn with_numbers_of(&self, scene: &Scene) -> Option<Self> {
+        let shape = BodyShape::new(scene, &self.mesh_hash);
+        let friction = scene.friction.iter().flat_map(|friction| friction_points(&scene.tendons, friction));
+        let friction: Vec<FrictionPoint> = friction.collect();
+        let is_there = |(a, b): (&FrictionPoint, &FrictionPoint)| (a.tendon, a.first) == (b.tendon, b.first);
+        let has_same_points = friction.len() == self.friction.len();
+        let has_same_points = has_same_points && friction.iter().zip(&self.friction).all(is_there);
+        if shape != self.shape || !has_same_points {
+            return None;
+        }
+        let body = if scene.material == self.body.material {
+            self.body.clone()
+        } else {
+            let mut body = FemModel::clone(&self.body);
+            body.material = scene.material.clone();
+            Arc::new(body)
+        };
+        let mut loads = self.loads_besides_gravity();
+        for (load, weight) in loads.iter_mut().zip(body.weight(scene.gravity)) {
+            load.iter_mut().zip(weight).for_each(|(load, weight)| *load += weight);
+        }
+        let mut tendons = scene.tendons.clone();
+        tendons.extend(scene.auxiliary.iter().flat_map(auxiliary_tendons));
+        let mut cables = self.cables.clone();
+        cables.compliance.iter_mut().for_each(Vec::clear);
+        set_compliance(&mut cables, &tendons, &friction, scene.friction.as_ref());
+        let specs = tendons.into_iter().zip(&self.tendons);
+        let twin = Self {
+            chain: None,
+            mesh_hash: self.mesh_hash.clone(),
+            shape,
+            body,
+            tendons: specs.map(|(tendon, known)| TwinTendon::new(tendon, known.outside)).collect(),
+            cables,
+            friction,
+            backlash: scene.friction.map_or(0.0, |friction| friction.backlash),
+            auxiliary_rate: auxiliary_rate(scene),
+            gravity: scene.gravity,
+            loads,
+            tracker: Registration::new(&scene.tracker),
+            accuracy: accuracy(scene),
+            couples: self.couples.clone(),
+            tip: self.tip.clone(),
+            n_primary: self.n_primary,
+        };
+        let chain = self.chain.as_ref().map(|chain| Arc::new(chain.bound(&twin)));
+        Some(Self { chain, ..twin })
+    }
+
+    /// Constant forces on the nodes without those of gravity [N].
+    pub(crate) fn loads_besides_gravity(&self) -> Vec<[f64; 4]> {
+        let weight = self.body.weight(self.gravity);
+        let rest = self.loads.iter().zip(&weight).map(|(all, weight)| {
+            let mut rest = *all;
+            rest.iter_mut().zip(weight).for_each(|(all, weight)| *all -= weight);
+            rest
+        });
+        rest.collect()
     }
 
     /// The unloaded body: at rest, no tension, no load applied yet.
@@ -352,6 +417,15 @@ impl Twin {
         let pulled = self.pulled(state);
         pulled.iter().zip(&self.tendons).map(|(stroke, tendon)| stroke - tendon.zero).collect()
     }
+}
+
+/// Fastest change of an identified stroke [m/s].
+fn auxiliary_rate(scene: &Scene) -> f64 {
+    scene.auxiliary.as_ref().map_or(f64::INFINITY, |layout| layout.stroke_rate)
+}
+
+fn accuracy(scene: &Scene) -> Accuracy {
+    Accuracy { relative_residual: scene.solver.relative_residual, stroke: scene.solver.stroke_tolerance }
 }
 
 /// The scene's mesh, and how good its tetrahedra are.

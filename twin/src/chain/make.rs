@@ -68,14 +68,14 @@ impl Chain {
             twin.tip.nodes.iter().copied().zip(twin.tip.weights.iter().copied()).collect();
         let tip = parts.sum(&tip);
         let masses = parts.masses();
-        let forces = parts.forces(&forces_besides_gravity(twin));
+        let forces = parts.forces(&twin.loads_besides_gravity());
         let asymmetry = sections.iter().map(|section| section.asymmetry).fold(0.0, f64::max);
         let PartCollector { parts, carriers, .. } = parts;
         let sinks = sinks(&mut sections, &parts[..n_carrying], &carriers);
         let volume: f64 = body.nodal_volumes.iter().sum();
         let length = interfaces.windows(2).map(|pair| (pair[1].center - pair[0].center).norm()).sum::<f64>();
         let at_rest = |center| Interface { center, rotation: Matrix3::identity(), warping: [0.0; WARPINGS] };
-        let chain = Self {
+        let mut chain = Self {
             isa: body.isa,
             rest: interfaces.iter().map(|interface| at_rest(interface.center)).collect(),
             laws: sections.into_iter().map(|section| section.law).collect(),
@@ -98,7 +98,8 @@ impl Chain {
             accuracy: twin.accuracy,
             least_force: least_force(twin),
         };
-        Ok(chain.bound(twin))
+        chain.bind(twin);
+        Ok(chain)
     }
 
     /// The chain of the same body in another twin: with other stiffness, density, gravity, tendon drives, friction or frame of
@@ -108,7 +109,7 @@ impl Chain {
     /// A twin of another body.
     pub fn of(&self, twin: &Twin) -> Result<Self> {
         self.check(twin)?;
-        Ok(self.clone().bound(twin))
+        Ok(self.bound(twin))
     }
 
     /// Fails where the twin is of another body.
@@ -135,7 +136,14 @@ impl Chain {
     }
 
     /// This chain with everything that the twin adds.
-    pub(super) fn bound(mut self, twin: &Twin) -> Self {
+    pub(crate) fn bound(&self, twin: &Twin) -> Self {
+        let mut bound = self.clone();
+        bound.bind(twin);
+        bound
+    }
+
+    /// Takes over everything that the twin adds.
+    pub(super) fn bind(&mut self, twin: &Twin) {
         let ScaledBy { youngs_modulus, density } = self.material;
         let stiffer = twin.body.material.youngs_modulus / youngs_modulus;
         if stiffer != 1.0 {
@@ -160,7 +168,6 @@ impl Chain {
         self.connect_sinks();
         (self.loads, self.tracker) = (loads, twin.tracker);
         (self.accuracy, self.least_force) = (twin.accuracy, least_force(twin));
-        self
     }
 
     /// The parts and interfaces that cable `j` pulls at.
@@ -263,17 +270,6 @@ impl PartCollector<'_> {
         let loaded = sites.zip(by_site).filter(|(_, own)| !own.is_empty());
         loaded.map(|(site, own)| self.add(site, &own)).collect()
     }
-}
-
-/// Constant forces on the nodes without those of gravity [N].
-fn forces_besides_gravity(twin: &Twin) -> Vec<[f64; 4]> {
-    let weight = twin.body.weight(twin.gravity);
-    let rest = twin.loads.iter().zip(&weight).map(|(all, weight)| {
-        let mut rest = *all;
-        rest.iter_mut().zip(weight).for_each(|(all, weight)| *all -= weight);
-        rest
-    });
-    rest.collect()
 }
 
 /// Local compliance of every section that has parts within it.

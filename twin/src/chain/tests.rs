@@ -282,3 +282,40 @@ fn chain_of_another_body_is_refused() {
     let found = refused(&without, &Twin::new(&scene, &mesh).expect("a good scene"));
     assert!(found.contains("Poisson's ratio"), "{found}");
 }
+
+#[test]
+fn twin_with_the_numbers_of_another_scene_is_the_one_built_from_it() {
+    let (mut scene, mesh) = scenes::robot_with(MaterialLaw::Corotational, Order::Linear, 24);
+    scenes::roughen(&mut scene, 1e-4);
+    scene.point_forces = vec![hysteron_base::PointForce { at: [0.0, 0.005, 0.02], force: [0.0, 0.01, 0.0] }];
+    let twin = Twin::new(&scene, &mesh).expect("a good scene");
+    let mut other = scene.clone();
+    (other.gravity, other.material.youngs_modulus) = ([1.0, 2.0, -3.0], 0.7 * scene.material.youngs_modulus);
+    (other.tendons[1].zero, other.tendons[2].compliance) = (3e-4, 2e-5);
+    other.friction.as_mut().expect("friction").coefficient *= 2.0;
+    for known in [twin.clone(), reduced(&twin)] {
+        let fresh = Twin::new(&other, &mesh).expect("a good scene");
+        let fresh = match &known.chain {
+            Some(chain) => fresh.clone().with_chain(chain.of(&fresh).expect("the same body")),
+            None => fresh,
+        };
+        let changed = known.with_numbers_of(&other).expect("the same body");
+        let state = |twin: &Twin| {
+            let mut stepper = Stepper::new(twin);
+            for part in [0.5, 1.0] {
+                let targets = [2e-3, 3e-4, -2e-3, 0.0].map(|stroke| Target::Stroke(part * stroke));
+                stepper.step(twin, &targets).expect("an equilibrium");
+            }
+            (stepper.state().tensions.clone(), twin.tip_of(stepper.state()))
+        };
+        let (found, expected) = (state(&changed), state(&fresh));
+        // Forces without gravity are those with it less gravity: round-off.
+        let far = found.0.iter().zip(&expected.0).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(far < 1e-9 * expected.0[0] && distance(found.1, expected.1) < 1e-11, "{found:?} {expected:?}");
+        assert_ne!(expected.0, state(&known).0);
+        assert!(known.with_numbers_of(&hysteron_base::Scene { friction: None, ..other.clone() }).is_none());
+        let mut elsewhere = other.clone();
+        elsewhere.tendons[0].points[1][2] += 1e-4;
+        assert!(known.with_numbers_of(&elsewhere).is_none());
+    }
+}

@@ -1,7 +1,7 @@
 //! A scene's twin compared with a recording: the residuals of a fit.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use hysteron_base::{BadInput, Scene};
 use hysteron_fem::Mesh;
@@ -83,6 +83,8 @@ pub(super) struct MotionComparison<'a> {
     /// Counts steps, for who watches.
     pub steps: &'a AtomicUsize,
     known: Mutex<Vec<(Scene, Arc<TwinResponse>)>>,
+    /// A twin on the body, from which others with other numbers are made.
+    twin: Arc<Mutex<Option<Twin>>>,
 }
 
 impl<'a> MotionComparison<'a> {
@@ -94,13 +96,34 @@ impl<'a> MotionComparison<'a> {
         tension_max: Vec<f64>,
         steps: &'a AtomicUsize,
     ) -> Self {
-        Self { body, motions, courses, frame, tension_max, steps, known: Mutex::new(Vec::new()) }
+        Self {
+            body,
+            motions,
+            courses,
+            frame,
+            tension_max,
+            steps,
+            known: Mutex::default(),
+            twin: Arc::default(),
+        }
     }
 
     /// The same with other courses.
     pub fn along(&self, courses: Vec<FitSamples>) -> Self {
         let (frame, tension_max) = (self.frame, self.tension_max.clone());
-        Self::new(self.body, self.motions, courses, frame, tension_max, self.steps)
+        let twin = self.twin.clone();
+        Self { twin, ..Self::new(self.body, self.motions, courses, frame, tension_max, self.steps) }
+    }
+
+    /// The twin of `scene`; attached to the body anew only where one with other numbers will not do.
+    fn twin(&self, scene: &Scene) -> Result<Twin> {
+        let known = self.twin.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        if let Some(twin) = known.and_then(|twin| twin.with_numbers_of(scene)) {
+            return Ok(twin);
+        }
+        let twin = self.body.twin(scene)?;
+        *self.twin.lock().unwrap_or_else(PoisonError::into_inner) = Some(twin.clone());
+        Ok(twin)
     }
 
     /// Tips and tensions of the twin of `scene`; the tracker's frame has no effect on them and costs nothing.
@@ -117,7 +140,7 @@ impl<'a> MotionComparison<'a> {
         }
         let targets: Vec<Vec<Vec<Target>>> =
             self.courses.iter().map(|course| course.targets.clone()).collect();
-        let twin = self.body.twin(&scene)?;
+        let twin = self.twin(&scene)?;
         let mut answer = TwinResponse { tips: Vec::new(), tensions: Vec::new() };
         for done in rollouts(&twin, &twin.rest(), &targets) {
             let done = done?;
