@@ -317,12 +317,6 @@ fn write_shifted(value: f64, shift: i32, out: &mut String) -> std::fmt::Result {
     }
 }
 
-/// The SI name of a column and the factor to its unit: `tip_x_mm` is (`tip_x_m`, 1e-3).
-pub fn si_name(name: &str) -> Option<(String, f64)> {
-    let (stem, unit) = Unit::of_name(name)?;
-    Some((format!("{stem}_{}", unit.si_suffix), unit.factor()))
-}
-
 /// Unit of length of a mesh file, which the file itself does not hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum LengthUnit {
@@ -366,6 +360,12 @@ impl LengthUnit {
 mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
     use super::*;
+
+    /// The SI name of a column and the factor to its unit: `tip_x_mm` is (`tip_x_m`, 1e-3).
+    fn si_name(name: &str) -> Option<(String, f64)> {
+        let (stem, unit) = Unit::of_name(name)?;
+        Some((format!("{stem}_{}", unit.si_suffix), unit.factor()))
+    }
 
     #[test]
     fn names_give_their_si_name_and_factor() {
