@@ -3,8 +3,8 @@
 /// Digits of a number that was computed, in a message.
 const DIGITS: i32 = 9;
 
-/// A computed number for a message: nine significant digits at most, more than any measurement has, without zeros at the end. What a person typed, or what
-/// stands in a file, is shown as it is instead.
+/// A computed number for a message: nine significant digits at most, more than any measurement has, without zeros at the end. A number that a person typed, or that is in a file, is shown
+/// as it is instead.
 pub fn shown(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();

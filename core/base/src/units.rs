@@ -131,7 +131,7 @@ impl Unit {
         found.filter(|(stem, _)| *stem != "per" && !stem.ends_with("_per"))
     }
 
-    /// Unit at the end of `above`, divided by that of number `divisor` in [`divisors`], and what stands
+    /// Unit at the end of `above`, divided by that of number `divisor` in [`divisors`], and the name
     /// before it.
     fn with_divisor(above: &str, divisor: usize) -> Option<(&str, &'static Unit)> {
         let (stem, dividend) = match Self::at_the_end(above) {
@@ -142,7 +142,7 @@ impl Unit {
         (!stem.is_empty()).then_some((stem, unit))
     }
 
-    /// The longest unit without a fraction line at the end of a name, and what stands before it.
+    /// The longest unit without a fraction line at the end of a name, and the name before it.
     fn at_the_end(name: &str) -> Option<(&str, &'static Unit)> {
         UNITS
             .iter()

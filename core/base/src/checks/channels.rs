@@ -46,7 +46,7 @@ const MIN_STEPS_OF_RANGE: f64 = 100.0;
 /// How far a change may be from a whole number of quanta [quanta].
 const QUANTUM_ROUNDING: f64 = 0.02;
 /// A channel of a smaller range is at rest [m or rad]: a tracker's noise, and some steps of a servo's encoder of 4096.
-const STANDS: f64 = 3e-3;
+const REST_RANGE: f64 = 3e-3;
 /// Part of the rows in which a limit may have held a stroke back [-].
 const LIMITED: f64 = 0.05;
 
@@ -58,7 +58,7 @@ pub fn check(series: &MeasuredSeries) -> Vec<Warning> {
     found.extend(duplicated(series));
     for channel in channels {
         // At rest only the last digit of the sensor changes.
-        let positions = channel.is_position() && range(channel.values.iter().copied()) > STANDS;
+        let positions = channel.is_position() && range(channel.values.iter().copied()) > REST_RANGE;
         if channel.values.iter().all(|value| *value == channel.values[0]) {
             continue;
         }

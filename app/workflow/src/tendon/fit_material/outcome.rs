@@ -180,9 +180,9 @@ pub(super) fn identifiability(identifiability: &Identifiability) -> String {
         Identifiability::Fitted => "fitted".into(),
         Identifiability::AtBound => "at a bound".into(),
         Identifiability::Vague => "vague, but the scene's value fits worse".into(),
-        Identifiability::Undetermined(with) if with.is_empty() => "not determined by the data, held".into(),
+        Identifiability::Undetermined(with) if with.is_empty() => "not determined by the data, fixed".into(),
         Identifiability::Undetermined(with) => {
-            format!("determined only together with {}, held", with.join(", "))
+            format!("determined only together with {}, fixed", with.join(", "))
         }
     }
 }

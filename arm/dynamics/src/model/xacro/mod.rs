@@ -311,9 +311,10 @@ impl Expander<'_> {
         let Some(called) = self.scopes.find_macro(name) else {
             return Err(element.error("a macro that is defined before", format!("<xacro:{name}>")));
         };
-        let given = element.attributes().map(|(name, text)| (name.clone(), text.clone())).collect::<Vec<_>>();
+        let attributes =
+            element.attributes().map(|(name, text)| (name.clone(), text.clone())).collect::<Vec<_>>();
         let mut values: Vec<(String, Property)> = Vec::new();
-        for (parameter, text) in given {
+        for (parameter, text) in attributes {
             if !called.parameters.iter().any(|known| *known.name == *parameter) {
                 let known: Vec<&str> = called.parameters.iter().map(|known| &*known.name).collect();
                 let expected = format!("parameters of the macro: {}", known.join(", "));

@@ -57,7 +57,7 @@ struct Scope {
 pub(super) struct Scopes<'a> {
     scopes: Vec<Scope>,
     arguments: BTreeMap<String, String>,
-    given: &'a Arguments,
+    command_line: &'a Arguments,
     /// Bytes that may still be evaluated.
     fuel: usize,
     chain: Vec<String>,
@@ -66,9 +66,16 @@ pub(super) struct Scopes<'a> {
 }
 
 impl<'a> Scopes<'a> {
-    pub fn new(given: &'a Arguments, fuel: usize) -> Self {
-        let arguments = given.clone();
-        Self { scopes: vec![Scope::default()], arguments, given, fuel, chain: Vec::new(), folder: None }
+    pub fn new(command_line: &'a Arguments, fuel: usize) -> Self {
+        let arguments = command_line.clone();
+        Self {
+            scopes: vec![Scope::default()],
+            arguments,
+            command_line,
+            fuel,
+            chain: Vec::new(),
+            folder: None,
+        }
     }
 
     pub fn open(&mut self) {
@@ -123,7 +130,7 @@ impl<'a> Scopes<'a> {
 
     /// The first argument that was given although no file declares it.
     pub fn undeclared(&self, declared: &std::collections::BTreeSet<String>) -> Option<&'a str> {
-        self.given.keys().find(|name| !declared.contains(*name)).map(String::as_str)
+        self.command_line.keys().find(|name| !declared.contains(*name)).map(String::as_str)
     }
 
     pub fn spend(&mut self, bytes: usize) -> Result<(), String> {
