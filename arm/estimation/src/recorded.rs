@@ -236,7 +236,7 @@ pub fn columns_of_dynamics(n: usize, derivatives: bool, is_inverse: bool) -> usi
         (true, true) => 3,
         (true, false) => 4,
     };
-    // q, q̇, what is given and what follows, Coriolis, gravity, damping; the Jacobian; position, energies, time, gaps.
+    // q, q̇, the input and the result, Coriolis, gravity, damping; the Jacobian; position, energies, time, gaps.
     7 * n + matrices * n * n + 6 * n + 7
 }
 

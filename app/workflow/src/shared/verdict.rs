@@ -14,7 +14,7 @@ pub struct AssessedParameter<'a> {
     pub standard_error: Option<f64>,
     /// Identifiability of the parameter.
     pub identifiability: &'a Identifiability,
-    /// Of a size the standard error is held against it.
+    /// Kind of number; the standard error of a size is compared with the size.
     pub kind: Kind,
     /// Consequence where the data do not determine it.
     pub consequence: Option<&'static str>,

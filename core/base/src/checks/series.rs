@@ -5,7 +5,7 @@ use crate::Recording;
 use crate::statistics::nearest_quantile;
 use crate::units::Unit;
 
-/// Beginnings of the names of what is asked for, not measured.
+/// Prefixes of channels that are commanded or computed, not measured.
 const COMMANDS: [&str; 7] = ["stroke_", "aux_", "goal_", "target_", "twin_", "tick_goal_", "command_"];
 /// Flags that a program writes for a row.
 const FLAGS: [&str; 4] = ["extrapolating", "outside_validation", "limited", "contact"];

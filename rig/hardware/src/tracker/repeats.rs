@@ -5,7 +5,7 @@
 //! repetitions is withheld for a moment, and accepted if
 //!
 //! - it is no longer than this tracker's share of repetitions p explains: p to the power of its length is no rarer than
-//!   once a day. That is asked of trackers whose noise exceeds their rounding alone: below it, p depends on where
+//!   once a day. That is required of trackers whose noise exceeds their rounding alone: below it, p depends on where
 //!   between two steps of the rounding the tip happens to rest; and
 //! - the next other pose is where noise alone could have put it: a tip that was really at rest does not reappear
 //!   millimetres away.

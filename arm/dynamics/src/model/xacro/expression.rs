@@ -310,7 +310,7 @@ impl Parser<'_> {
         Ok(items)
     }
 
-    /// A property, a constant, or a function with what it is given.
+    /// A property, a constant, or a function with its arguments.
     fn named(&mut self, name: &str) -> Evaluated<Value> {
         let mut name = name.to_owned();
         if let Some(found) = self.constant(&name)? {

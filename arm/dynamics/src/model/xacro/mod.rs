@@ -306,7 +306,7 @@ impl Expander<'_> {
         Ok(())
     }
 
-    /// A macro with what it is given.
+    /// A macro with its arguments.
     fn call(&mut self, element: &Element, name: &str, made: &mut Vec<Element>) -> Check<()> {
         let Some(called) = self.scopes.find_macro(name) else {
             return Err(element.error("a macro that is defined before", format!("<xacro:{name}>")));

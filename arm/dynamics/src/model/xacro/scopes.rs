@@ -123,7 +123,7 @@ impl<'a> Scopes<'a> {
         self.scopes.iter().rev().find_map(|scope| scope.macros.get(name).cloned())
     }
 
-    /// Declares an argument; what was given on the command line, and what was declared first, stays.
+    /// Declares an argument; a value from the command line, or from an earlier declaration, stays.
     pub fn declare(&mut self, name: &str, default: String) {
         self.arguments.entry(name.to_owned()).or_insert(default);
     }
