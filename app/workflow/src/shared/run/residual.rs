@@ -1,4 +1,4 @@
-//! What a residual network did along a run, for its recording: auxiliary strokes, and where it extrapolated.
+//! Trace of a residual network along a run, for its recording: auxiliary strokes, and where it extrapolated.
 
 use hysteron_base::Channel;
 
