@@ -92,7 +92,7 @@ struct StepInertia {
 }
 
 impl Drive {
-    /// Torque per angle of the position loop with gain `p`: what a load is held against [N m/rad].
+    /// Stiffness of the position loop with gain `p`: torque per angle [N m/rad].
     pub fn stiffness(&self, p: u16) -> f64 {
         let duty_per_radian = self.position_loop.duty_per_radian(f64::from(p));
         duty_per_radian * self.motor.stall_torque * self.supply.voltage / self.motor.rated_voltage

@@ -82,11 +82,6 @@ impl HysteresisShape {
     }
 }
 
-/// Angles of `n` tendons evenly around the body, the first at 0 [rad].
-pub fn even_angles(n: usize) -> Vec<f64> {
-    (0..n).map(|k| TAU * k as f64 / n as f64).collect()
-}
-
 /// Commanded points (a, b) of tendon space (n_samples) [m]: those whose strokes, a cos φ + b sin φ, are nearest to
 /// the recorded ones. What all tendons have in common drops out where they are evenly around the body.
 fn tendon_space(recording: &Recording, angles: &[f64]) -> Result<Vec<[f64; 2]>, BadInput> {
@@ -163,6 +158,9 @@ mod tests {
     use crate::MotionPlan;
     use hysteron_base::{Channel, Metadata};
 
+    /// Angles of four tendons evenly around the body [rad].
+    const ANGLES: [f64; 4] = [0.0, 0.25 * TAU, 0.5 * TAU, 0.75 * TAU];
+
     /// The commands of a trajectory of the plan `quick`, with this tip for every commanded point.
     fn recorded(name: &str, tip_of: impl Fn([f64; 2]) -> [f64; 2]) -> Recording {
         let plan = MotionPlan::named("quick").unwrap();
@@ -177,7 +175,7 @@ mod tests {
     }
 
     fn shape(name: &str, tip_of: impl Fn([f64; 2]) -> [f64; 2]) -> HysteresisShape {
-        HysteresisShape::of(&recorded(name, tip_of), &even_angles(4)).unwrap()
+        HysteresisShape::of(&recorded(name, tip_of), &ANGLES).unwrap()
     }
 
     #[test]
@@ -217,7 +215,7 @@ mod tests {
             channels.push(Channel::new(name, values.collect()));
         }
         let recording = Recording::new(time, channels, vec![], Metadata::default()).unwrap();
-        HysteresisShape::of(&recording, &even_angles(4)).unwrap().numbers
+        HysteresisShape::of(&recording, &ANGLES).unwrap().numbers
     }
 
     #[test]
@@ -255,7 +253,7 @@ mod tests {
         assert!((a - 3e-3).abs() < 1e-15 && (b + 1e-3).abs() < 1e-15, "{a} {b}");
         let common = (1..=4).map(|k| Channel::new(format!("stroke_{k}_m"), vec![1e-3])).collect();
         let recording = Recording::new(vec![0.0], common, vec![], Metadata::default()).unwrap();
-        let [a, b] = tendon_space(&recording, &even_angles(4)).unwrap()[0];
+        let [a, b] = tendon_space(&recording, &ANGLES).unwrap()[0];
         assert!(a.abs() < 1e-18 && b.abs() < 1e-18, "{a} {b}");
     }
 
@@ -265,9 +263,9 @@ mod tests {
         let reject = |recording: &Recording, angles: &[f64], found: &str| {
             assert_eq!(HysteresisShape::of(recording, angles).unwrap_err().found, found);
         };
-        reject(&whole, &even_angles(3), "4");
+        reject(&whole, &ANGLES[..3], "4");
         reject(&whole, &[0.0; 4], "[0.0, 0.0, 0.0, 0.0]");
-        reject(&recorded("circle", |_| [1.0, 1.0]), &even_angles(4), "a tip at rest");
+        reject(&recorded("circle", |_| [1.0, 1.0]), &ANGLES, "a tip at rest");
         let without = |name: &str, zero: bool| {
             let channels = whole.channels().iter().filter(|channel| channel.name != name).map(|channel| {
                 let is_stroke = channel.name.starts_with("stroke");
@@ -277,9 +275,9 @@ mod tests {
             });
             Recording::new(whole.time().to_vec(), channels.collect(), vec![], Metadata::default()).unwrap()
         };
-        reject(&without("", true), &even_angles(4), "no command");
+        reject(&without("", true), &ANGLES, "no command");
         assert_eq!(
-            HysteresisShape::of(&without("tip_y_m", false), &even_angles(4)).unwrap_err().expected,
+            HysteresisShape::of(&without("tip_y_m", false), &ANGLES).unwrap_err().expected,
             "a channel tip_y_m"
         );
     }

@@ -34,6 +34,16 @@ pub enum Error {
         /// Hint for the user.
         hint: String,
     },
+    /// The stroke of a tendon takes more tension than its bounds allow.
+    #[error(
+        "tendon {tendon} needs more than its largest tension, {largest} N (hint: reduce the stroke, or raise tension_max_n)"
+    )]
+    Overloaded {
+        /// Its name.
+        tendon: String,
+        /// Its upper bound [N].
+        largest: f64,
+    },
 }
 
 /// Why a step found no equilibrium: what its last attempt ended with.

@@ -29,6 +29,7 @@ mod attachment;
 mod body_shape;
 mod cable;
 pub mod chain;
+pub mod command;
 pub mod coreact;
 mod equilibrium_residual;
 mod error;

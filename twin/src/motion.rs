@@ -67,9 +67,19 @@ impl RobotMotion {
     /// Also tendons that are not driven by strokes; too few samples, or too many filled in; no fixed rate; a
     /// coordinate of the tip that never changes; a tip at rest away from the twin's.
     pub fn for_identification(twin: &Twin, recording: &Recording, name: &str) -> Result<Self> {
+        let motion = Self::identifiable(twin, recording, name)?;
+        motion.check_registration(twin)?;
+        Ok(motion)
+    }
+
+    /// As [`Self::for_identification`], without a step of the twin: where the tip rests is left to
+    /// [`Self::check_registration`].
+    ///
+    /// # Errors
+    /// As [`Self::for_identification`], but for the place of the tip at rest.
+    pub fn identifiable(twin: &Twin, recording: &Recording, name: &str) -> Result<Self> {
         let motion = Self::new(twin, recording, name)?;
         motion.check_identifiable(recording).map_err(|bad| bad.within(name))?;
-        motion.check_registration(twin)?;
         Ok(motion)
     }
 

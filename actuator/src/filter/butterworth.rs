@@ -77,7 +77,7 @@ impl LowPass {
         Ok(Self { sections, order, cutoff, rate })
     }
 
-    /// The one of lowest order that does what is asked, with exactly `pass_db` at `pass`.
+    /// The filter of lowest order that meets the specification, with exactly `pass_db` at `pass`.
     ///
     /// # Errors
     /// `BadInput` for a specification that contradicts itself, or needs an order above 40.

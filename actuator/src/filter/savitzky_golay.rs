@@ -56,9 +56,4 @@ impl SavitzkyGolay {
         };
         (0..n).map(at).collect()
     }
-
-    /// The value in the middle of `last`, a full window of samples, oldest first: causal, half a window late.
-    pub fn middle(&self, last: &[f64]) -> f64 {
-        self.weights.row(self.half).iter().zip(last).map(|(w, x)| w * x).sum()
-    }
 }

@@ -35,31 +35,6 @@ pub fn identify_friction(
     problem.least_squares(huber, &|_, _| true)
 }
 
-/// As [`identify_friction`], for laws that know the torques through the gear too: of the motor and of the load at its output, each
-/// positive towards positive angles (n_samples) [N m].
-///
-/// # Errors
-/// As [`identify_friction`].
-pub fn identify_friction_through(
-    law: &Law,
-    velocity: &[f64],
-    through: &[[f64; 2]],
-    torque: &[f64],
-    huber: Option<f64>,
-) -> Result<FrictionFit, BadInput> {
-    let mut problem = Regression::new(law, [velocity, torque], Neighbours::ErrAlike)?;
-    if through.len() != velocity.len() {
-        let expected = format!("{} samples", velocity.len());
-        return Err(BadInput::new("torques through the gear", expected, through.len().to_string()));
-    }
-    if let Some(k) = through.iter().flatten().position(|x| !x.is_finite()) {
-        let place = format!("torques through the gear, sample {}", k / 2 + 1);
-        return Err(BadInput::new(place, "a finite number", format!("{:?}", through[k / 2])));
-    }
-    problem.through = Some(through);
-    problem.least_squares(huber, &|_, _| true)
-}
-
 /// How independent the errors of samples that follow each other are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Neighbours {
@@ -74,8 +49,6 @@ pub(super) struct Regression<'a> {
     pub law: &'a Law,
     pub velocity: &'a [f64],
     pub torque: &'a [f64],
-    /// Torques of motor and load, where the law is to know them [N m].
-    through: Option<&'a [[f64; 2]]>,
     neighbours: Neighbours,
     /// Largest torque [N m] and speed [rad/s]: what bounds are relative to.
     largest: f64,
@@ -94,7 +67,7 @@ impl<'a> Regression<'a> {
         }
         let size = |series: &[f64]| series.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let (largest, fastest) = (size(torque), size(velocity));
-        Ok(Self { law, velocity, torque, through: None, neighbours, largest, fastest })
+        Ok(Self { law, velocity, torque, neighbours, largest, fastest })
     }
 
     /// The law's parameters, and the offset unless each direction's own Coulomb friction holds it already; speeds start at
@@ -136,11 +109,7 @@ impl<'a> Regression<'a> {
     pub fn errors(&self, values: &[f64]) -> Vec<f64> {
         let (p, offset) = values.split_at(self.law.parameters().len());
         let offset = offset.first().unwrap_or(&0.0);
-        let left = |i: usize| {
-            let [motor_torque, load_torque] = self.through.map_or([0.0; 2], |through| through[i]);
-            let at = Sliding { velocity: self.velocity[i], motor_torque, load_torque };
-            self.law.torque(p, &at) + offset - self.torque[i]
-        };
+        let left = |i: usize| self.law.torque(p, &Sliding::at(self.velocity[i])) + offset - self.torque[i];
         (0..self.velocity.len()).map(left).collect()
     }
 

@@ -9,7 +9,7 @@ mod pulley;
 mod servo;
 
 pub use dahl_map::{DahlMap, FrictionRun, RIPPLE_TERMS, TERMS};
-pub use friction::{FrictionFit, identify_friction, identify_friction_through};
+pub use friction::{FrictionFit, identify_friction};
 pub use lost_motion::{LostMotion, lost_motion};
 pub use methods::{FrictionMethod, MethodFit, identify_friction_by};
 pub use pendulum::{Pendulum, PendulumRollout, PendulumRun, rollout};

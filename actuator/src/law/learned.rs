@@ -164,8 +164,10 @@ mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
     use super::*;
     use crate::friction::Stribeck;
-    use crate::identify::{identify_friction, identify_friction_through};
+    use crate::identify::identify_friction;
     use crate::law::{Law, LoadDependent};
+    use hysteron_base::Bounds;
+    use hysteron_fit::{Fit, Options, Parameter, ParameterScale, TOLERANCE, least_squares};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -224,6 +226,29 @@ mod tests {
         assert_eq!(off.count(), 0);
     }
 
+    /// The map whose torques at `states` are nearest to `torque` [N m] (n_samples each), where torques through the gear differ too.
+    fn fitted(map: &LearnedMap, states: &[Sliding], torque: &[f64]) -> Fit {
+        let largest = torque.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+        let of = |p: LawParameter| {
+            let bounds = Bounds { min: largest * p.bounds[0], max: largest * p.bounds[1] };
+            let start = 0.15 * bounds.max;
+            Parameter { name: p.name.into_owned(), start, bounds, scale: ParameterScale::Linear, prior: None }
+        };
+        let parameters: Vec<Parameter> = map.parameters().into_iter().map(of).collect();
+        let options = Options {
+            huber: None,
+            smallest_effect: 1e-5 * largest,
+            n_nuisance: 0,
+            tolerance: TOLERANCE,
+            watch: &|_, _| true,
+        };
+        let residuals = |p: &[f64]| {
+            let errors = states.iter().zip(torque).map(|(at, torque)| map.torque(p, at) - torque);
+            Ok::<_, BadInput>(vec![errors.collect()])
+        };
+        least_squares(&parameters, &options, residuals).unwrap()
+    }
+
     #[test]
     fn a_map_of_speed_and_load_learns_friction_that_grows_with_the_load() {
         let truth = (LoadDependent::named("m3").unwrap(), [0.1, 0.05, 0.2]);
@@ -234,18 +259,15 @@ mod tests {
             load_torque: rng.random_range(-1.0..1.0),
         };
         let states: Vec<Sliding> = (0..6000).map(|_| at(&mut rng)).collect();
-        let velocity: Vec<f64> = states.iter().map(|at| at.velocity).collect();
-        let through: Vec<[f64; 2]> = states.iter().map(|at| [at.motor_torque, at.load_torque]).collect();
         let noise = |rng: &mut ChaCha8Rng| rng.random_range(-0.01..0.01);
         let torque: Vec<f64> =
             states.iter().map(|at| truth.0.torque(&truth.1, at) + noise(&mut rng)).collect();
         let map = LearnedMap::new(vec![0.0, 0.7, 2.0], vec![0.0, 0.8, 2.0]).unwrap();
-        let law = Law::LearnedMap(map);
-        let found = identify_friction_through(&law, &velocity, &through, &torque, None).unwrap();
+        let found = fitted(&map, &states, &torque).values();
         for load_torque in [0.2, 0.6, 0.9] {
             for velocity in [-1.5, 0.3, 1.8] {
                 let at = Sliding { velocity, motor_torque: -0.3, load_torque };
-                let error = law.torque(&found.parameters, &at) - truth.0.torque(&truth.1, &at);
+                let error = map.torque(&found, &at) - truth.0.torque(&truth.1, &at);
                 // Lines in both are such a map exactly; 16 weights from 6000 samples with a noise of 0.006.
                 assert!(error.abs() < 3e-3, "{at:?}: {error}");
             }
@@ -278,22 +300,20 @@ mod tests {
         // Concave in the sum of both: it rises along both, and its slope along one falls with the other.
         let truth = |v: f64, load: f64| 0.1 + 0.2 * (v + load) / (1.0 + 0.5 * (v + load));
         let mut rng = ChaCha8Rng::seed_from_u64(9);
-        let (mut velocity, mut through, mut torque) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut states, mut torque) = (Vec::new(), Vec::new());
         for _ in 0..6000 {
             let (v, load): (f64, f64) = (rng.random_range(0.0..2.0), rng.random_range(0.0..2.0));
             let sign = if rng.random_range(0.0..1.0) < 0.5 { -1.0 } else { 1.0 };
-            velocity.push(sign * v);
-            through.push([load, 0.0]);
+            states.push(Sliding { velocity: sign * v, motor_torque: load, load_torque: 0.0 });
             torque.push(sign * truth(v, load) + rng.random_range(-0.01..0.01));
         }
         let free = LearnedMap::new(vec![0.0, 0.7, 2.0], vec![0.0, 0.8, 2.0]).unwrap();
         let maps = [Monotonicity::Nowhere, Monotonicity::WithLoad, Monotonicity::WithBoth]
             .map(|r| free.clone().monotone(r));
         let weights = maps.each_ref().map(|map| {
-            let law = Law::LearnedMap(map.clone());
-            let found = identify_friction_through(&law, &velocity, &through, &torque, None).unwrap();
-            assert!(found.fit.estimates[0].name.starts_with("map"), "{}", found.fit.estimates[0].name);
-            map.weights(&found.parameters).into_owned()
+            let found = fitted(map, &states, &torque);
+            assert!(found.estimates[0].name.starts_with("map"), "{}", found.estimates[0].name);
+            map.weights(&found.values()).into_owned()
         });
         let errors = [1, 2]
             .map(|k| weights[k].iter().zip(&weights[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));

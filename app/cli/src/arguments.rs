@@ -14,7 +14,7 @@ use crate::context::WATCHDOG;
 use crate::terminal;
 
 const HELP: &str = "\
-Examples, from the root of the repository; where hysteron is not installed, `cargo run --release --` stands for it:
+Examples, from the root of the repository; where hysteron is not installed, use `cargo run --release --` instead:
   hysteron demo
   hysteron study run app/cli/studies/paper.toml
   hysteron check meshes/tpu80/scene.toml

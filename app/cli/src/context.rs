@@ -19,7 +19,7 @@ impl ProgressSink for Terminal {
     }
 
     fn is_cancelled(&self) -> bool {
-        interrupt::is_asked()
+        interrupt::is_requested()
     }
 
     fn listen(&self) {

@@ -60,7 +60,7 @@ pub fn start() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// From here on requests are passed to the verb by [`is_asked`].
+/// From here on requests are passed to the verb by [`is_requested`].
 pub fn listen() {
     Manner::Soon.begin();
 }
@@ -76,12 +76,12 @@ pub fn count() {
 }
 
 /// True once the person has asked to stop.
-pub fn is_asked() -> bool {
-    times_asked() > 0
+pub fn is_requested() -> bool {
+    n_requests() > 0
 }
 
 /// How often the person has asked to stop.
-pub fn times_asked() -> usize {
+pub fn n_requests() -> usize {
     TIMES_ASKED.load(Ordering::Relaxed)
 }
 

@@ -1,12 +1,10 @@
-//! Where the bodies are and how they move: forward kinematics, Jacobians and their rates.
+//! Where the bodies are and how they move: forward kinematics and Jacobians.
 //!
-//! [`forward_kinematics`] or [`forward_velocities`] first; the others read what it left in [`Data`].
+//! [`forward_kinematics`] first; the others read what it left in [`Data`].
 
 use crate::data::BodyState;
 use crate::model::{Joint, JointKind};
-use crate::spatial::{
-    Mat3, Pose, SpatialMotion, Vec3, add3, cross, cross_add, mul3_add, mul3_constant, scale3, splat3,
-};
+use crate::spatial::{Mat3, Pose, SpatialMotion, Vec3, add3, cross, mul3_add, mul3_constant, scale3, splat3};
 use crate::{Data, Model, Scalar};
 
 /// Places the body of `joint`, a child of `parent`, at the coordinate `q`.
@@ -109,12 +107,6 @@ pub fn forward_kinematics<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T])
     place_bodies(model, data, q);
 }
 
-/// Places all bodies at `q` and gives them their velocities.
-#[inline(always)]
-pub fn forward_velocities<T: Scalar>(model: &Model, data: &mut Data<T>, q: &[T], dq: &[T]) {
-    move_bodies(model, data, q, dq);
-}
-
 /// Pose of a frame in the base.
 #[inline(always)]
 pub fn frame_pose<T: Scalar>(model: &Model, data: &Data<T>, frame: usize) -> Pose<T> {
@@ -132,16 +124,6 @@ pub fn frame_pose<T: Scalar>(model: &Model, data: &Data<T>, frame: usize) -> Pos
     }
 }
 
-/// Linear [m/s] and angular [rad/s] velocity of a frame, in the axes of the base, of the point at its origin.
-#[inline(always)]
-pub fn frame_velocity<T: Scalar>(model: &Model, data: &Data<T>, frame: usize) -> (Vec3<T>, Vec3<T>) {
-    let position = frame_pose(model, data, frame).position;
-    match model.frames[frame].joint {
-        Some(body) => (data.bodies[body].velocity.at(position), data.bodies[body].velocity.angular),
-        None => ([position[0].splat(0.0); 3], [position[0].splat(0.0); 3]),
-    }
-}
-
 /// Jacobian of a frame (6 × n, row by row): linear velocity of its origin, then angular velocity, in the axes of the base,
 /// for the speeds of the joints.
 #[inline(always)]
@@ -150,18 +132,6 @@ pub fn frame_jacobian<T: Scalar>(model: &Model, data: &Data<T>, frame: usize, ja
     fill_columns(model, frame, position[0], jacobian, |joint| {
         let axis = &data.bodies[joint].axis;
         (axis.at(position), axis.angular)
-    });
-}
-
-/// Rate of [`frame_jacobian`] (6 × n, row by row) while the joints move; after [`forward_velocities`].
-#[inline(always)]
-pub fn frame_jacobian_rate<T: Scalar>(model: &Model, data: &Data<T>, frame: usize, rate: &mut [T]) {
-    let position = frame_pose(model, data, frame).position;
-    let (speed, _) = frame_velocity(model, data, frame);
-    fill_columns(model, frame, position[0], rate, |joint| {
-        let body = &data.bodies[joint];
-        let turned = body.velocity.cross(&body.axis);
-        (cross_add(body.axis.angular, speed, turned.at(position)), turned.angular)
     });
 }
 

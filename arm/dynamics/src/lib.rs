@@ -59,10 +59,7 @@ pub use derivatives::{forward_dynamics_derivatives, inverse_dynamics_derivatives
 pub use energy::{kinetic_energy, momentum, potential_energy};
 pub use external::ExternalForce;
 pub use friction_step::EndStops;
-pub use kinematics::{
-    forward_kinematics, forward_velocities, frame_jacobian, frame_jacobian_rate, frame_pose, frame_velocity,
-    skeleton,
-};
+pub use kinematics::{forward_kinematics, frame_jacobian, frame_pose, skeleton};
 pub use model::{
     Arguments, Base, Follower, Frame, FreeJoint, Joint, JointKind, JointLimits, MAX_JOINTS, Masses, Model,
     Notes, ReadOptions, Weightless,

@@ -14,7 +14,7 @@ pub struct ComputedTorque<D> {
     dynamics: D,
     /// ω of every joint [rad/s].
     bandwidths: Vec<f64>,
-    asked: Vec<f64>,
+    accelerations: Vec<f64>,
 }
 
 impl<D: Dynamics> ComputedTorque<D> {
@@ -22,15 +22,16 @@ impl<D: Dynamics> ComputedTorque<D> {
     pub fn new(dynamics: D, bandwidths: &[f64]) -> Self {
         assert_eq!(dynamics.n_joints(), bandwidths.len());
         assert!(bandwidths.iter().all(|w| *w > 0.0 && w.is_finite()), "bandwidths {bandwidths:?}");
-        Self { dynamics, bandwidths: bandwidths.to_vec(), asked: vec![0.0; bandwidths.len()] }
+        Self { dynamics, bandwidths: bandwidths.to_vec(), accelerations: vec![0.0; bandwidths.len()] }
     }
 
     /// Writes the torques at (q, q̇) for the motion (q_d, q̇_d, q̈_d), n numbers each [N m] or [N]. Allocates nothing.
     pub fn torque(&mut self, [q, dq]: [&[f64]; 2], desired: [&[f64]; 3], torque: &mut [f64]) {
-        for (j, asked) in self.asked.iter_mut().enumerate() {
+        for (j, acceleration) in self.accelerations.iter_mut().enumerate() {
             let w = self.bandwidths[j];
-            *asked = desired[2][j] + 2.0 * w * (desired[1][j] - dq[j]) + w * w * (desired[0][j] - q[j]);
+            *acceleration =
+                desired[2][j] + 2.0 * w * (desired[1][j] - dq[j]) + w * w * (desired[0][j] - q[j]);
         }
-        self.dynamics.inverse(q, dq, &self.asked, torque);
+        self.dynamics.inverse(q, dq, &self.accelerations, torque);
     }
 }

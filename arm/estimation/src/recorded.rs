@@ -166,7 +166,7 @@ pub fn dynamics_of_rows(
     );
     let accelerations = joint_rows(model, states, JointQuantityKind::Acceleration)?;
     let torques = joint_rows(model, states, JointQuantityKind::Torque)?;
-    let (given, is_inverse) = match (&accelerations, &torques) {
+    let (input, is_inverse) = match (&accelerations, &torques) {
         (Some(rows), None) => (rows, true),
         (None, Some(rows)) => (rows, false),
         (found, _) => {
@@ -182,15 +182,15 @@ pub fn dynamics_of_rows(
     let [mut by_q, mut by_dq, mut by_given] = [0; 3].map(|_| vec![0.0; n * n]);
     let [mut result, mut coriolis, mut gravity, mut damped, mut driving] = [0; 5].map(|_| vec![0.0; n]);
     let mut row = Vec::with_capacity(columns.names.len());
-    for (s, ((q, dq), given)) in q.chunks(n).zip(dq.chunks(n)).zip(given.chunks(n)).enumerate() {
+    for (s, ((q, dq), input)) in q.chunks(n).zip(dq.chunks(n)).zip(input.chunks(n)).enumerate() {
         damped.iter_mut().zip(dq.iter().zip(&dampings)).for_each(|(torque, (dq, d))| *torque = d * dq);
         if is_inverse {
-            inverse_dynamics(model, &mut data, [q, dq, given], &[], &mut result);
+            inverse_dynamics(model, &mut data, [q, dq, input], &[], &mut result);
             result.iter_mut().zip(&damped).for_each(|(tau, damped)| *tau += damped);
         } else {
             driving
                 .iter_mut()
-                .zip(given.iter().zip(&damped))
+                .zip(input.iter().zip(&damped))
                 .for_each(|(left, (tau, damped))| *left = tau - damped);
             forward_dynamics(model, &mut data, [q, dq, &driving], &[], &mut result);
         }
@@ -200,7 +200,7 @@ pub fn dynamics_of_rows(
         coriolis_torque(model, &mut data, [q, dq], &mut coriolis);
         gravity_torque(model, &mut data, q, &mut gravity);
         row.clear();
-        for part in [q, dq, given, &result, &coriolis, &gravity, &damped, &mass, &pose.position, &jacobian] {
+        for part in [q, dq, input, &result, &coriolis, &gravity, &damped, &mass, &pose.position, &jacobian] {
             row.extend_from_slice(part);
         }
         row.push(kinetic_energy(model, &mut data, q, dq));
@@ -208,7 +208,7 @@ pub fn dynamics_of_rows(
         if derivatives {
             let by = [&mut by_q[..], &mut by_dq, &mut by_given];
             if is_inverse {
-                inverse_dynamics_derivatives(model, &mut data, [q, dq, given], &[], by);
+                inverse_dynamics_derivatives(model, &mut data, [q, dq, input], &[], by);
                 dampings.iter().enumerate().for_each(|(j, d)| by_dq[n * j + j] += d);
                 row.extend([&by_q, &by_dq].into_iter().flatten());
             } else {
@@ -236,7 +236,7 @@ pub fn columns_of_dynamics(n: usize, derivatives: bool, is_inverse: bool) -> usi
         (true, true) => 3,
         (true, false) => 4,
     };
-    // q, q̇, what is given and what follows, Coriolis, gravity, damping; the Jacobian; position, energies, time, gaps.
+    // q, q̇, the input and the result, Coriolis, gravity, damping; the Jacobian; position, energies, time, gaps.
     7 * n + matrices * n * n + 6 * n + 7
 }
 
@@ -244,12 +244,12 @@ pub fn columns_of_dynamics(n: usize, derivatives: bool, is_inverse: bool) -> usi
 fn table(model: &Model, is_inverse: bool, derivatives: bool) -> DynamicsColumns {
     let n = model.n_joints();
     let kind = |joint: usize| model.joints()[joint].kind;
-    let (given, result) = match is_inverse {
+    let (input, result) = match is_inverse {
         true => (JointQuantityKind::Acceleration, JointQuantityKind::Torque),
         false => (JointQuantityKind::Torque, JointQuantityKind::Acceleration),
     };
     let mut names = Vec::new();
-    for quantity in [JointQuantityKind::Position, JointQuantityKind::Velocity, given, result] {
+    for quantity in [JointQuantityKind::Position, JointQuantityKind::Velocity, input, result] {
         names.extend((0..n).map(|joint| channel_name(model, quantity, joint)));
     }
     for stem in ["coriolis", "gravity", "damping"] {

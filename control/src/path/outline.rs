@@ -114,7 +114,7 @@ pub(super) fn between(a: OutlinePoint, b: OutlinePoint, part: f64) -> OutlinePoi
     std::array::from_fn(|c| a[c] + part * (b[c] - a[c]))
 }
 
-/// Where two pieces of line in the plane meet; for pieces on one line, an end that they share.
+/// Where two line segments in the plane intersect; for collinear ones, an end that they share.
 fn meeting(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> Option<[f64; 2]> {
     let apart =
         |c: usize| a[0][c].max(a[1][c]) < b[0][c].min(b[1][c]) || b[0][c].max(b[1][c]) < a[0][c].min(a[1][c]);

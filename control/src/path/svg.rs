@@ -1,11 +1,11 @@
 //! Outlines as SVG, from any drawing program; the only module that knows roxmltree, kurbo and svgtypes.
 //!
-//! One shape is read: a path of one piece, a polygon, polyline, circle, ellipse or rectangle, with the transforms
+//! One shape is read: a path of one subpath, a polygon, polyline, circle, ellipse or rectangle, with the transforms
 //! on it and around it. Its size is that of the drawing: where `width` of the drawing is in mm, cm, in, pt or pc, a
 //! unit of `viewBox` is that width over the one of the view box; without view box it is a CSS pixel, 25.4 / 96 mm.
 //! A drawing that gives its width in pixels, in percent or not at all has no size, and is refused. y points down in
-//! a drawing and up here. The arcs of a path (A) are kept within 0.03 % of their radius. Where on the page it stands
-//! has none: its bounding box is centred.
+//! a drawing and up here. The arcs of a path (A) are kept within 0.03 % of their radius. Its place on the page
+//! does not matter: its bounding box is centred.
 
 use super::outline::{MAX_CROSSING_POINTS, OutlinePoint};
 use hysteron_base::BadInput;
@@ -241,9 +241,9 @@ fn points(path: &BezPath) -> Check<(Vec<OutlinePoint>, bool)> {
     if !path.is_finite() {
         return Err(BadInput::new("SVG", "finite coordinates", "others"));
     }
-    let pieces = path.elements().iter().filter(|element| matches!(element, PathEl::MoveTo(_))).count();
-    if pieces != 1 {
-        return Err(BadInput::new("SVG: path", "a line in one piece", format!("{pieces} pieces"))
+    let subpaths = path.elements().iter().filter(|element| matches!(element, PathEl::MoveTo(_))).count();
+    if subpaths != 1 {
+        return Err(BadInput::new("SVG: path", "a single subpath", format!("{subpaths} subpaths"))
             .hint("one M at the beginning of d; break the path apart in the drawing program"));
     }
     let (box_, mut points, mut is_closed) = (path.bounding_box(), Vec::new(), false);

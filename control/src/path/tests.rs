@@ -274,7 +274,7 @@ fn drawings_without_size_or_without_one_outline_are_refused() {
         (PAGE, "<circle r=\"4\"/><rect/>", "one shape, got 2"),
         (PAGE, "<defs><circle r=\"4\"/></defs>", "one shape, got 0"),
         (PAGE, "<line x2=\"4\"/>", "<line>"),
-        (PAGE, "<path d=\"M0 0 L1 0 L1 1 Z M5 5 L6 5 L6 6 Z\"/>", "one piece, got 2 pieces"),
+        (PAGE, "<path d=\"M0 0 L1 0 L1 1 Z M5 5 L6 5 L6 6 Z\"/>", "a single subpath, got 2 subpaths"),
         (PAGE, "<path d=\"M0 0 X\"/>", "SVG: path.d"),
         (PAGE, "<circle r=\"4mm\"/>", "SVG: circle.r"),
         (PAGE, "<polygon points=\"0,0 9,9 9,0 0,9\"/>", "does not cross itself"),

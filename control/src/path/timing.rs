@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 pub(super) struct Ramped {
     /// Time to reach the speed, and to lose it [s].
     ramp: f64,
-    /// Speed between [m/s]; at most what was asked for.
+    /// Speed between [m/s]; at most the requested one.
     speed: f64,
     length: f64,
     duration: f64,

@@ -33,6 +33,7 @@ pub mod sampling;
 mod scene;
 pub mod schema;
 pub mod size;
+pub mod statistics;
 mod table;
 pub mod units;
 

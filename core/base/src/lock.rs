@@ -35,7 +35,7 @@ struct HeldLock {
 /// Locks of this process.
 static HELD: Mutex<BTreeMap<PathBuf, Weak<HeldLock>>> = Mutex::new(BTreeMap::new());
 
-fn held() -> MutexGuard<'static, BTreeMap<PathBuf, Weak<HeldLock>>> {
+fn held_locks() -> MutexGuard<'static, BTreeMap<PathBuf, Weak<HeldLock>>> {
     HELD.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -65,7 +65,7 @@ impl Lock {
         if let Some(file) = folder.ancestors().find(|path| path.exists()).filter(|path| !path.is_dir()) {
             return Err(BadInput::new(file.display().to_string(), "a folder", "a file").into());
         }
-        let mut all = held();
+        let mut all = held_locks();
         let created = (!folder.exists()).then(|| folder.to_owned());
         std::fs::create_dir_all(folder).map_err(io)?;
         let path = folder.canonicalize().map_err(io)?.join(name);
@@ -102,7 +102,7 @@ impl Lock {
 /// file, or takes or gives up a lock, waits from here on.
 pub fn abandon_outputs() {
     crate::file::abandon();
-    let all = held();
+    let all = held_locks();
     for lock in all.values().filter_map(Weak::upgrade) {
         lock.remove();
         // Not removed again when it is dropped.
@@ -143,7 +143,7 @@ fn in_use(output: &Path, file: &mut File) -> BadInput {
 impl Drop for Lock {
     fn drop(&mut self) {
         // Nobody takes the lock again while it is being given up.
-        let mut all = held();
+        let mut all = held_locks();
         if let Some(held) = self.held.take().and_then(Arc::into_inner) {
             all.remove(&held.path);
         }

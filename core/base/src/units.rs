@@ -131,7 +131,7 @@ impl Unit {
         found.filter(|(stem, _)| *stem != "per" && !stem.ends_with("_per"))
     }
 
-    /// Unit at the end of `above`, divided by that of number `divisor` in [`divisors`], and what stands
+    /// Unit at the end of `above`, divided by that of number `divisor` in [`divisors`], and the name
     /// before it.
     fn with_divisor(above: &str, divisor: usize) -> Option<(&str, &'static Unit)> {
         let (stem, dividend) = match Self::at_the_end(above) {
@@ -142,7 +142,7 @@ impl Unit {
         (!stem.is_empty()).then_some((stem, unit))
     }
 
-    /// The longest unit without a fraction line at the end of a name, and what stands before it.
+    /// The longest unit without a fraction line at the end of a name, and the name before it.
     fn at_the_end(name: &str) -> Option<(&str, &'static Unit)> {
         UNITS
             .iter()
@@ -317,12 +317,6 @@ fn write_shifted(value: f64, shift: i32, out: &mut String) -> std::fmt::Result {
     }
 }
 
-/// The SI name of a column and the factor to its unit: `tip_x_mm` is (`tip_x_m`, 1e-3).
-pub fn si_name(name: &str) -> Option<(String, f64)> {
-    let (stem, unit) = Unit::of_name(name)?;
-    Some((format!("{stem}_{}", unit.si_suffix), unit.factor()))
-}
-
 /// Unit of length of a mesh file, which the file itself does not hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum LengthUnit {
@@ -366,6 +360,12 @@ impl LengthUnit {
 mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
     use super::*;
+
+    /// The SI name of a column and the factor to its unit: `tip_x_mm` is (`tip_x_m`, 1e-3).
+    fn si_name(name: &str) -> Option<(String, f64)> {
+        let (stem, unit) = Unit::of_name(name)?;
+        Some((format!("{stem}_{}", unit.si_suffix), unit.factor()))
+    }
 
     #[test]
     fn names_give_their_si_name_and_factor() {

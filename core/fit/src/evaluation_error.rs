@@ -1,4 +1,4 @@
-//! Searches are compiled once, for an error of their own; a caller's error is kept aside while they run.
+//! Searches are compiled once, for an error of their own; a caller's error is stored while they run.
 
 use std::sync::Mutex;
 
@@ -11,8 +11,8 @@ use crate::Failure;
 pub(crate) enum EvaluationError {
     /// Our own.
     Bad(BadInput),
-    /// The caller's, which is kept aside.
-    Kept { is_local: bool },
+    /// The caller's, which is stored.
+    Stored { is_local: bool },
 }
 
 impl From<BadInput> for EvaluationError {
@@ -23,7 +23,7 @@ impl From<BadInput> for EvaluationError {
 
 impl Failure for EvaluationError {
     fn is_local(&self) -> bool {
-        matches!(self, Self::Kept { is_local: true })
+        matches!(self, Self::Stored { is_local: true })
     }
 }
 
@@ -35,24 +35,24 @@ pub(crate) fn aside<V, T, E: Failure>(
     model: impl Fn(&[f64]) -> Result<V, E> + Sync,
     search: impl FnOnce(Erased<V>) -> Result<T, EvaluationError>,
 ) -> Result<T, E> {
-    let kept = Mutex::new(None);
+    let stored = Mutex::new(None);
     let erased = |at: &[f64]| {
         model(at).map_err(|error| {
             let is_local = error.is_local();
-            let mut kept = kept.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            let mut stored = stored.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
             // What ends a search is not replaced by a neighbour that merely has no value.
-            if !(is_local && kept.as_ref().is_some_and(|earlier: &E| !earlier.is_local())) {
-                *kept = Some(error);
+            if !(is_local && stored.as_ref().is_some_and(|earlier: &E| !earlier.is_local())) {
+                *stored = Some(error);
             }
-            EvaluationError::Kept { is_local }
+            EvaluationError::Stored { is_local }
         })
     };
     let found = search(&erased);
-    let kept = kept.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
-    found.map_err(|error| match (error, kept) {
+    let stored = stored.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    found.map_err(|error| match (error, stored) {
         (EvaluationError::Bad(bad), _) => bad.into(),
-        (EvaluationError::Kept { .. }, Some(error)) => error,
-        (EvaluationError::Kept { .. }, None) => {
+        (EvaluationError::Stored { .. }, Some(error)) => error,
+        (EvaluationError::Stored { .. }, None) => {
             BadInput::new("residuals", "a value or an error", "neither").into()
         }
     })

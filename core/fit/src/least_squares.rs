@@ -2,7 +2,7 @@
 //!
 //! A parameter may come with a prior, a normal distribution. It counts as one residual more, weighed against
 //! the spread of the residuals found, which neighbours share where they err alike. A parameter that is not
-//! observable is held at once; a vague one is brought back to where it came from, and held there unless that
+//! observable is fixed at once; a vague one is brought back to where it came from, and fixed there unless that
 //! fits worse than noise allows.
 
 use crate::Failure;
@@ -44,15 +44,15 @@ fn fitted(
     let spread_of = |series: &[Vec<f64>], n: usize| ResidualVariance::new(series, n + options.n_nuisance);
     problem.noise = spread_of(&first, parameters.len()).variance.sqrt();
 
-    // Parameters that are not observable are held, one at a time, until the rest is determined.
+    // Parameters that are not observable are fixed, one at a time, until the rest is determined.
     let mut free: Vec<usize> = (0..parameters.len()).collect();
-    let (mut held, mut kept) = (Vec::new(), Vec::new());
+    let (mut fixed, mut retained) = (Vec::new(), Vec::new());
     let mut places = start.clone();
     let mut columns = problem.columns(&start, &free, &first)?;
     while let Some((at, with)) = uncertainty::unidentifiable(&free, &columns, options.smallest_effect) {
         let k = free.remove(at);
         places[k] = home[k];
-        held.push((k, with));
+        fixed.push((k, with));
         columns.remove(at);
     }
     let mut found = problem.settle(&places, &free, spread_of)?;
@@ -66,14 +66,14 @@ fn fitted(
         let unidentifiable = uncertainty::unidentifiable(&inside, &columns, options.smallest_effect);
         let rows = prior_rows(parameters, &inside, &columns, problem.noise);
         let covariance = uncertainty::covariance(&rows, spread.variance);
-        let vague = || uncertainty::vague(parameters, &inside, covariance.as_ref()?, &kept);
+        let vague = || uncertainty::vague(parameters, &inside, covariance.as_ref()?, &retained);
         let Some((at, with)) = unidentifiable.clone().or_else(vague) else {
             let (estimates, correlation) = uncertainty::estimates(
                 parameters,
                 &found.places,
                 (&inside, covariance.as_ref()),
-                &kept,
-                &held,
+                &retained,
+                &fixed,
             );
             return Ok(Fit {
                 estimates,
@@ -98,9 +98,9 @@ fn fitted(
         let price = problem.cost_at(&without.places, &first)?
             - cost(parameters, &found.places, &series, problem.noise);
         if unidentifiable.is_none() && price > NOISE * spread.variance {
-            kept.push(k);
+            retained.push(k);
         } else {
-            held.push((k, with));
+            fixed.push((k, with));
             free = rest;
             found = without;
         }

@@ -3,7 +3,7 @@
 //! Everything is computed in places between the bounds, 0 to 1, where parameters of different units compare. A
 //! direction in them is undetermined if moving along it from bound to bound does not move the residuals. A parameter is
 //! vague if its standard error is more than half of its prior's standard deviation, or of that of a number
-//! drawn evenly between the bounds; the search decides whether it is then held, for it knows what the return
+//! drawn evenly between the bounds; the search decides whether it is then fixed, for it knows what the return
 //! costs.
 
 use nalgebra::DMatrix;
@@ -114,13 +114,13 @@ pub fn correction(columns: &[Vec<f64>], residuals: &[f64]) -> Option<Vec<f64>> {
     change.iter().all(|c| c.is_finite()).then(|| change.iter().map(|c| -c).collect())
 }
 
-/// Finds the vaguest of `free`, without those in `kept`: its position, and the parameters that it can hardly
+/// Finds the vaguest of `free`, without those in `retained`: its position, and the parameters that it can hardly
 /// be distinguished from.
 pub fn vague(
     parameters: &[Parameter],
     free: &[usize],
     covariance: &DMatrix<f64>,
-    kept: &[usize],
+    retained: &[usize],
 ) -> Option<(usize, Vec<usize>)> {
     let vagueness = |a: usize| {
         let prior = parameters[free[a]]
@@ -128,7 +128,7 @@ pub fn vague(
             .map_or(UNIFORM_DEVIATION, |width| UNIFORM_DEVIATION.min(INFORMATIVE_SHARE * width));
         covariance[(a, a)].sqrt() / prior
     };
-    let candidates = (0..free.len()).filter(|&a| !kept.contains(&free[a]));
+    let candidates = (0..free.len()).filter(|&a| !retained.contains(&free[a]));
     let at =
         candidates.max_by(|&a, &b| vagueness(a).total_cmp(&vagueness(b))).filter(|&a| vagueness(a) > 1.0)?;
     let correlation = |b: usize| covariance[(at, b)] / (covariance[(at, at)] * covariance[(b, b)]).sqrt();
@@ -170,30 +170,30 @@ fn most_of(direction: &[f64], free: &[usize]) -> (usize, Vec<usize>) {
 }
 
 /// Estimates and correlation. `fitted` are the parameters off their bounds with the covariance of their
-/// places, `kept` the vague ones among them, `held` the undetermined ones with those that they cannot be
+/// places, `retained` the vague ones among them, `fixed` the undetermined ones with those that they cannot be
 /// distinguished from; others are on a bound.
 pub fn estimates(
     parameters: &[Parameter],
     places: &[f64],
     (fitted, covariance): (&[usize], Option<&DMatrix<f64>>),
-    kept: &[usize],
-    held: &[(usize, Vec<usize>)],
+    retained: &[usize],
+    fixed: &[(usize, Vec<usize>)],
 ) -> (Vec<IdentifiedParameter>, Vec<Vec<f64>>) {
     let position = |k: usize| fitted.iter().position(|&f| f == k);
     let entry = |a: usize, b: usize| Some(covariance?[(position(a)?, position(b)?)]);
     let estimate = |(k, parameter): (usize, &Parameter)| {
-        let is_held = held.iter().find(|(h, _)| *h == k);
-        let value = if is_held.is_some() { parameter.home() } else { parameter.value(places[k]) };
+        let is_fixed = fixed.iter().find(|(h, _)| *h == k);
+        let value = if is_fixed.is_some() { parameter.home() } else { parameter.value(places[k]) };
         IdentifiedParameter {
             name: parameter.name.clone(),
             start: parameter.home(),
             value,
             standard_error: entry(k, k).map(|variance| variance.sqrt() * parameter.slope(value)),
-            identifiability: match (is_held, position(k)) {
+            identifiability: match (is_fixed, position(k)) {
                 (Some((_, with)), _) => {
                     Identifiability::Undetermined(with.iter().map(|&w| parameters[w].name.clone()).collect())
                 }
-                (None, Some(_)) if kept.contains(&k) => Identifiability::Vague,
+                (None, Some(_)) if retained.contains(&k) => Identifiability::Vague,
                 (None, Some(_)) => Identifiability::Fitted,
                 (None, None) => Identifiability::AtBound,
             },

@@ -99,18 +99,18 @@ impl Figure for ErrorPaths {
 /// Parts of a path of one shade each, 0 to 1 for errors from 0 to `largest`.
 fn shades(shown: &ErrorPath, largest: f64) -> Vec<(f64, PlanePath)> {
     let level = |i: usize| (0.5 * (shown.errors[i] + shown.errors[i + 1]) / largest * SHADES).floor();
-    let mut pieces: Vec<(f64, PlanePath)> = Vec::new();
+    let mut segments: Vec<(f64, PlanePath)> = Vec::new();
     let mut last = f64::NAN;
     for i in 0..shown.path.len() - 1 {
         if level(i) != last {
             last = level(i);
-            pieces.push(((last + 0.5) / SHADES, vec![shown.path[i]]));
+            segments.push(((last + 0.5) / SHADES, vec![shown.path[i]]));
         }
-        if let Some((_, line)) = pieces.last_mut() {
+        if let Some((_, line)) = segments.last_mut() {
             line.push(shown.path[i + 1]);
         }
     }
-    pieces
+    segments
 }
 
 #[cfg(test)]
@@ -121,11 +121,11 @@ mod tests {
     fn every_piece_of_a_path_is_drawn_in_its_shade() {
         let path: PlanePath = (0..10).map(|i| (f64::from(i), 0.0)).collect();
         let errors = path.iter().map(|(x, _)| if *x < 5.0 { 0.0 } else { 1.0 }).collect();
-        let pieces = shades(&ErrorPath { name: String::new(), path, errors }, 1.0);
+        let segments = shades(&ErrorPath { name: String::new(), path, errors }, 1.0);
         // Low, the step between, high.
         let ends: Vec<(f64, f64)> =
-            pieces.iter().map(|(_, line)| (line[0].0, line[line.len() - 1].0)).collect();
+            segments.iter().map(|(_, line)| (line[0].0, line[line.len() - 1].0)).collect();
         assert_eq!(ends, [(0.0, 4.0), (4.0, 5.0), (5.0, 9.0)]);
-        assert!(pieces[0].0 < pieces[1].0 && pieces[1].0 < pieces[2].0);
+        assert!(segments[0].0 < segments[1].0 && segments[1].0 < segments[2].0);
     }
 }

@@ -15,7 +15,7 @@ const INDENT: f64 = 4.0;
 const COLUMN: f64 = LEFT + SIDE + BETWEEN;
 const ROW: f64 = ABOVE + SIDE + BELOW + 10.0;
 /// Steps of a line that are drawn at once.
-const PIECE: usize = 6;
+const SEGMENT_STEPS: usize = 6;
 
 /// Tiles that show the same kinds of paths.
 pub struct PathOverlay {
@@ -102,7 +102,9 @@ impl Figure for PathOverlay {
             let fewer = simplified(path, 0.1 * kind.width * 2.0 * half / SIDE);
             // In short parts: where a line runs over itself, bitmaps would omit it.
             let lines = between_sharp_turns(&fewer).flat_map(|line| {
-                (0..line.len()).step_by(PIECE).map(|from| &line[from..line.len().min(from + PIECE + 1)])
+                (0..line.len())
+                    .step_by(SEGMENT_STEPS)
+                    .map(|from| &line[from..line.len().min(from + SEGMENT_STEPS + 1)])
             });
             for line in lines {
                 let style = part.line(kind.color, kind.width);

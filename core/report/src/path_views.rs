@@ -8,7 +8,7 @@ use crate::plane::{PlanePath, draw_simplified, spaced};
 use crate::sheet::{BAR, BELOW, COLORS, LEFT, Sheet, padded, ramp};
 
 /// Parts of the path that have a colour of their own.
-const PIECES: usize = 80;
+const N_SEGMENTS: usize = 80;
 const GOALS: RGBColor = COLORS[5];
 const REFERENCE: RGBColor = RGBColor(190, 194, 200);
 
@@ -81,9 +81,9 @@ impl PathViews {
         if let Some(reference) = &self.reference {
             draw_simplified(&mut chart, sheet, &reference.projected(axes), tolerance, (REFERENCE, 3.0))?;
         }
-        let piece = points.len().div_ceil(PIECES).max(1);
-        for start in (0..points.len()).step_by(piece) {
-            let end = (start + piece + 1).min(points.len());
+        let length = points.len().div_ceil(N_SEGMENTS).max(1);
+        for start in (0..points.len()).step_by(length) {
+            let end = (start + length + 1).min(points.len());
             let color = ramp((start + end) as f64 / 2.0 / points.len() as f64);
             draw_simplified(&mut chart, sheet, &points[start..end], tolerance, (color, 1.3))?;
         }

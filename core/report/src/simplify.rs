@@ -5,9 +5,9 @@ pub fn simplified(points: &[(f64, f64)], tolerance: f64) -> Vec<(f64, f64)> {
     if points.len() < 3 {
         return points.to_vec();
     }
-    let mut kept = vec![false; points.len()];
-    kept[0] = true;
-    kept[points.len() - 1] = true;
+    let mut selected = vec![false; points.len()];
+    selected[0] = true;
+    selected[points.len() - 1] = true;
     let mut spans = vec![(0, points.len() - 1)];
     while let Some((first, last)) = spans.pop() {
         let (mut farthest, mut at) = (tolerance, None);
@@ -18,12 +18,12 @@ pub fn simplified(points: &[(f64, f64)], tolerance: f64) -> Vec<(f64, f64)> {
             }
         }
         if let Some(i) = at {
-            kept[i] = true;
+            selected[i] = true;
             spans.push((first, i));
             spans.push((i, last));
         }
     }
-    points.iter().zip(kept).filter(|(_, kept)| *kept).map(|(point, _)| *point).collect()
+    points.iter().zip(selected).filter(|(_, selected)| *selected).map(|(point, _)| *point).collect()
 }
 
 /// Distance of `p` from the segment `a` to `b`.

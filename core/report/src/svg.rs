@@ -65,16 +65,16 @@ fn data(plots: &[AxesPlace]) -> anyhow::Result<String> {
 
 /// Labels that were left out are empty.
 fn without_empty_text(svg: &str) -> String {
-    let mut kept = String::with_capacity(svg.len());
+    let mut cleaned = String::with_capacity(svg.len());
     let mut rest = svg;
     while let Some(at) = rest.find("<text ") {
         let end = rest[at..].find("</text>\n").map_or(rest.len(), |end| at + end + "</text>\n".len());
         let is_empty = rest[at..end].contains(">\n\n</text>");
-        kept.push_str(&rest[..if is_empty { at } else { end }]);
+        cleaned.push_str(&rest[..if is_empty { at } else { end }]);
         rest = &rest[end..];
     }
-    kept.push_str(rest);
-    kept
+    cleaned.push_str(rest);
+    cleaned
 }
 
 #[cfg(test)]

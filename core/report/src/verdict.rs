@@ -195,7 +195,7 @@ impl Criterion {
     }
 }
 
-/// A number that was held against its limits.
+/// A number that was compared with its limits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Reason {
     /// Criterion of the number.

@@ -62,7 +62,7 @@ fn no_verb_moves_a_rig_whose_registers_were_touched_and_restore_is_the_way_out()
     assert!(rig.torques().iter().all(|(_, on)| !on));
     // And then it moves.
     let recorded = run(rig.path(), verbs[0]).succeeded();
-    assert!(recorded.stderr.contains("knows nothing of the servos' registers"), "{}", recorded.stderr);
+    assert!(recorded.stderr.contains("has no record of the servos' registers"), "{}", recorded.stderr);
 }
 
 #[test]

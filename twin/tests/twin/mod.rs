@@ -3,6 +3,7 @@ mod anchor;
 mod bad_input;
 mod campaign;
 mod chain;
+mod command;
 mod coreact;
 mod delassus;
 mod determinism;

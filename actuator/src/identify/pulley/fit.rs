@@ -82,7 +82,7 @@ pub fn identify_pulley(
     };
     let problem = PulleyProblem { samples: &samples, law, servo, has_tension };
     let mut found = problem.fit()?;
-    let faster = samples.kept(&faster(&samples.velocity));
+    let faster = samples.selected(&faster(&samples.velocity));
     if check_motion(&faster, "").is_ok() {
         let other = PulleyProblem { samples: &faster, ..problem }.fit()?;
         found.add_change(&other.fit);

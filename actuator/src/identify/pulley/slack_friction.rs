@@ -166,7 +166,7 @@ mod tests {
         assert!(refused.contains("4 passes of a slack tendon in steady motion, pulling, got 0"), "{refused}");
         let all = samples([0.03; 2], 0.7e-3, 1);
         let pulling: Vec<bool> = all.velocity.iter().map(|v| *v > 0.0).collect();
-        let refused = slack_friction(&all.kept(&pulling)).unwrap_err().to_string();
+        let refused = slack_friction(&all.selected(&pulling)).unwrap_err().to_string();
         assert!(refused.contains("releasing, got 0"), "{refused}");
     }
 }

@@ -102,11 +102,11 @@ impl SteadySamples {
 
     /// Those for which `keep` holds, as of a slack tendon: without tensions, which are zero.
     pub fn slack(&self, keep: &[bool]) -> Self {
-        Self { tension: Vec::new(), ..self.kept(keep) }
+        Self { tension: Vec::new(), ..self.selected(keep) }
     }
 
     /// Those for which `keep` holds.
-    pub fn kept(&self, keep: &[bool]) -> Self {
+    pub fn selected(&self, keep: &[bool]) -> Self {
         let mut found = Self::default();
         for series in &self.series {
             let first = found.velocity.len();

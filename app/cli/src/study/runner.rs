@@ -65,7 +65,7 @@ impl<'a> Runner<'a> {
         interrupt::count();
         for (k, stage) in stages.iter().enumerate() {
             let of = format!("[{}/{}] {}", k + 1, stages.len(), stage.name);
-            if interrupt::is_asked() {
+            if interrupt::is_requested() {
                 bail!("{of}: interrupted; the same command resumes");
             }
             let stamp = Stamp::begun(stage)?;
@@ -94,7 +94,7 @@ impl<'a> Runner<'a> {
         for step in &stage.steps {
             print(format_args!("      {}", step.shown()));
             let status = self.status_of(step)?;
-            if interrupt::is_asked() {
+            if interrupt::is_requested() {
                 match status.code() {
                     Some(0) | None => bail!("interrupted; the same command resumes"),
                     Some(_) => return Err(CommandFailed::Interrupted.into()),
@@ -138,7 +138,7 @@ impl<'a> Runner<'a> {
             if let Some(status) = child.try_wait()? {
                 return Ok(status);
             }
-            while passed_on < interrupt::times_asked() {
+            while passed_on < interrupt::n_requests() {
                 ask_to_stop(&mut child)?;
                 passed_on += 1;
             }

@@ -48,7 +48,7 @@ pub trait Progress: Send + Sync {
 pub struct Context<'a> {
     /// Hears how far it is.
     pub progress: &'a dyn ProgressSink,
-    /// Stands in all results as what made them; results may be replaced by the command that made them.
+    /// Command that all results name as their origin; the same command may replace them.
     pub command: String,
     /// Whether results of other commands may be replaced too.
     pub overwrite: bool,

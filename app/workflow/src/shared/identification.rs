@@ -108,9 +108,9 @@ impl Row {
             Identifiability::Fitted => String::new(),
             Identifiability::AtBound => "at its bound".into(),
             Identifiability::Vague => "vague".into(),
-            Identifiability::Undetermined(others) if others.is_empty() => "not determined: held".into(),
+            Identifiability::Undetermined(others) if others.is_empty() => "not determined: fixed".into(),
             Identifiability::Undetermined(others) => {
-                format!("held: cannot be distinguished from {}", others.join(", "))
+                format!("fixed: cannot be distinguished from {}", others.join(", "))
             }
         };
         Self {

@@ -1,6 +1,7 @@
 //! Warnings about the locking of linear tetrahedra on a robot.
 
 use hysteron_base::Scene;
+use hysteron_base::number::significant;
 use hysteron_twin::{LockedMove, LockingComparison, LockingEstimate, LockingEstimator, RunLocking};
 
 /// Share of stiffness, or of the tip's motion, above which a warning is logged [-]: below, friction and material are known
@@ -53,23 +54,17 @@ fn warn_of(comparison: &LockingComparison) {
     }
     let with = |tension: f64| match tension {
         0.0 => String::new(),
-        tension => format!(" with {} N", digits(tension)),
+        tension => format!(" with {} N", significant(tension, 3)),
     };
     tracing::warn!(
         "linear tetrahedra make this body {} times as stiff as ten-node tetrahedra: {command} moves the tip {} mm{}, \
          with ten nodes {} mm{} (first order, from rest; hint: {TO_TEN_NODES})",
-        digits(*stiffness_ratio),
-        digits(1e3 * tip_m),
+        significant(*stiffness_ratio, 3),
+        significant(1e3 * tip_m, 3),
         with(*tension_n),
-        digits(1e3 * tip_ten_node_m),
+        significant(1e3 * tip_ten_node_m, 3),
         with(*tension_ten_node_n),
     );
-}
-
-/// Three significant digits.
-fn digits(value: f64) -> String {
-    let decimals = if value == 0.0 { 0 } else { (2 - value.abs().log10().floor() as i32).clamp(0, 9) };
-    format!("{value:.*}", decimals as usize)
 }
 
 /// Warns where the tip of a run stayed considerably nearer to rest than with ten-node tetrahedra.
@@ -78,8 +73,8 @@ pub fn warn_of_run(moved: &RunLocking) {
         tracing::warn!(
             "the tip went {} mm from rest; with ten-node tetrahedra it would have gone about {} mm (linear tetrahedra \
              make this body too stiff)",
-            digits(1e3 * moved.tip_m),
-            digits(1e3 * moved.tip_ten_node_m),
+            significant(1e3 * moved.tip_m, 3),
+            significant(1e3 * moved.tip_ten_node_m, 3),
         );
     }
 }

@@ -107,9 +107,10 @@ fn paths(shape: &HysteresisShape) -> [Vec<(f64, f64)>; 2] {
 mod tests {
     #![allow(clippy::unwrap_used)] // a test may stop where it stands
     use super::*;
+    use std::f64::consts::TAU;
+
     use hysteron_base::{Channel, Metadata};
     use hysteron_control::MotionPlan;
-    use hysteron_control::shape::even_angles;
 
     use hysteron_report::figure::{drawn, png, register_embedded_font};
 
@@ -140,7 +141,7 @@ mod tests {
         let recordings = recordings();
         let named: Vec<(&str, &Recording)> =
             recordings.iter().map(|(name, it)| (name.as_str(), it)).collect();
-        let shapes = TipShapes::new(&even_angles(4), &named).unwrap();
+        let shapes = TipShapes::new(&[0.0, 0.25, 0.5, 0.75].map(|turn| turn * TAU), &named).unwrap();
         let figure = shapes.figure();
         register_embedded_font().unwrap();
         let tiles = drawn(&figure).unwrap().tiles;
@@ -156,7 +157,12 @@ mod tests {
     #[test]
     fn a_recording_without_a_shape_is_named() {
         let recordings = recordings();
-        let bad = TipShapes::new(&even_angles(3), &[("circle", &recordings[2].1)]).err().unwrap();
+        let bad = TipShapes::new(
+            &[0.0, 1.0 / 3.0, 2.0 / 3.0].map(|turn| turn * TAU),
+            &[("circle", &recordings[2].1)],
+        )
+        .err()
+        .unwrap();
         assert_eq!(bad.place, "circle: recording");
     }
 }

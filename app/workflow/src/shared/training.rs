@@ -1,6 +1,7 @@
 //! The assessment and the page of a training: learning curve, errors next to those of baselines, training recordings.
 
 use hysteron_base::checks::Warning;
+use hysteron_base::number::digits;
 use hysteron_learn::FitReport;
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::lines::{Curve, PanelScale, TimeChart, TimePanel};
@@ -8,7 +9,7 @@ use hysteron_report::page::Page;
 use hysteron_report::verdict::{Criterion, Verdict};
 
 use crate::shared::recording_checks;
-use crate::shared::verdict::{digits, ratio, repeated};
+use crate::shared::verdict::{ratio, repeated};
 
 /// Content of the page of a training.
 pub(crate) struct TrainingPage<'a> {

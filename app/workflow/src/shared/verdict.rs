@@ -1,5 +1,6 @@
 //! Assessment of a fit's estimates for and against its use; the limits are in `hysteron_report::verdict`.
 
+pub use hysteron_base::number::digits;
 use hysteron_fit::{Identifiability, IdentifiedParameter};
 use hysteron_report::verdict::{Criterion, Reason, Verdict, VerdictBuilder};
 
@@ -13,7 +14,7 @@ pub struct AssessedParameter<'a> {
     pub standard_error: Option<f64>,
     /// Identifiability of the parameter.
     pub identifiability: &'a Identifiability,
-    /// Of a size the standard error is held against it.
+    /// Kind of number; the standard error of a size is compared with the size.
     pub kind: Kind,
     /// Consequence where the data do not determine it.
     pub consequence: Option<&'static str>,
@@ -127,16 +128,6 @@ pub fn repeated(assessment: VerdictBuilder, repeats: usize, what: &str) -> Verdi
         n => format!("number of repeats, each another {what}: {n}"),
     };
     assessment.because(Criterion::SingleRepeat, 1.0 / repeats.max(1) as f64, statement)
-}
-
-/// Three digits that count.
-pub fn digits(value: f64) -> String {
-    let size = value.abs();
-    match size {
-        _ if !value.is_finite() || size == 0.0 => format!("{value:.0}"),
-        _ if !(1e-3..1e4).contains(&size) => format!("{value:.2e}"),
-        _ => format!("{value:.*}", (2 - size.log10().floor() as i32).max(0) as usize),
-    }
 }
 
 /// A verdict as lines for people: its sentence, then its reasons with their limits.

@@ -146,7 +146,7 @@ pub(super) fn brief(text: &str) -> String {
 /// An element with its place; the macros of xacro make such elements too.
 #[derive(Debug, Clone)]
 pub(super) struct Element {
-    /// Its name; `xacro:` stands before that of the elements of xacro, with any name of their namespace in the file.
+    /// Its name; `xacro:` is the prefix of that of the elements of xacro, with any name of their namespace in the file.
     pub tag: Rc<str>,
     attributes: Vec<(Rc<str>, Rc<str>)>,
     pub children: Vec<Element>,

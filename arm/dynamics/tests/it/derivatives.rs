@@ -1,5 +1,4 @@
-//! Analytic derivatives compared with a complex step, which has no truncation error; and the rate of the
-//! Jacobian.
+//! Analytic derivatives compared with a complex step, which has no truncation error.
 
 use hysteron_arm_dynamics::*;
 
@@ -86,24 +85,5 @@ fn forward_dynamics() {
         );
         assert_close(&format!("{name}: ∂q̈/∂q"), &a, &columns(n, |j| acceleration(j, None)), TOLERANCE);
         assert_close(&format!("{name}: ∂q̈/∂τ"), &c, &columns(n, |j| acceleration(None, j)), TOLERANCE);
-    });
-}
-
-#[test]
-fn rate_of_the_jacobian_is_its_derivative_in_time() {
-    each(|name, model, reference, s| {
-        let (n, frame) = (model.n_joints(), model.frame(&reference.tip_frame).unwrap());
-        // q + i h q̇: the imaginary part is the rate.
-        let q: Vec<Complex> = s.q.iter().zip(&s.v).map(|(x, v)| Complex { x: *x, y: STEP * v }).collect();
-        let mut data = Data::new(model, real(0.0));
-        forward_kinematics(model, &mut data, &q);
-        let mut jacobian = vec![real(0.0); 6 * n];
-        frame_jacobian(model, &data, frame, &mut jacobian);
-        let expected: Vec<f64> = jacobian.iter().map(|c| c.y / STEP).collect();
-        let mut data = Data::new(model, 0.0);
-        forward_velocities(model, &mut data, &s.q, &s.v);
-        let mut rate = vec![0.0; 6 * n];
-        frame_jacobian_rate(model, &data, frame, &mut rate);
-        assert_close(&format!("{name}: rate of the Jacobian"), &rate, &expected, TOLERANCE);
     });
 }

@@ -95,7 +95,7 @@ impl PointToPoint {
             let share = torque_use(model, &mut data, &motion, limits, SAMPLES);
             (motion, share)
         };
-        let Some(asked) = duration else {
+        let Some(requested) = duration else {
             // Torques fall with time towards those of gravity.
             let mut duration = least;
             for _ in 0..60 {
@@ -107,14 +107,14 @@ impl PointToPoint {
             return Err(BadInput::new("limits", "torques that hold the arm on its way", "too small ones"));
         };
         // Rounding of what was printed.
-        if !(asked >= least * (1.0 - 1e-9) && asked.is_finite()) {
+        if !(requested >= least * (1.0 - 1e-9) && requested.is_finite()) {
             return Err(BadInput::new(
                 "duration",
                 format!("at least {least:.4} s, by speeds and accelerations"),
-                asked.to_string(),
+                requested.to_string(),
             ));
         }
-        match of(asked) {
+        match of(requested) {
             (motion, share) if share <= 1.0 => Ok(motion),
             (_, share) => {
                 let found = format!("{:.0} % of a joint's torque", 100.0 * share);

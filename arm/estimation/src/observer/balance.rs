@@ -39,14 +39,14 @@ impl<D: Dynamics> Observer for StaticResidual<D> {
         }
         for (joint, external) in external.iter_mut().enumerate() {
             let motor = sample.torque[joint];
-            let held = motor - *external;
+            let required = motor - *external;
             if self.terms == Terms::GravityAndFriction {
                 let at = Sliding {
                     velocity: sample.velocity[joint],
                     motor_torque: motor,
                     load_torque: -*external,
                 };
-                *external += self.friction.follow(joint, &at, [held; 2]);
+                *external += self.friction.follow(joint, &at, [required; 2]);
             }
             *external -= motor;
         }

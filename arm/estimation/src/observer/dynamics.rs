@@ -145,7 +145,7 @@ impl<D: Dynamics> TrackedMomentum<D> {
             let motor = sample.torque[j];
             let rate = 0.5 * (rate[j] + old_rate[j]);
             let change = (momentum[j] - old_momentum[j]) / sample.period;
-            let held = motor + rate - change;
+            let required = motor + rate - change;
             let share = if is_first { 1.0 } else { sample.period / (CHANGE_TIME + sample.period) };
             self.slow_change[j] += share * (change - self.slow_change[j]);
             let at = Sliding {
@@ -153,9 +153,9 @@ impl<D: Dynamics> TrackedMomentum<D> {
                 motor_torque: motor,
                 load_torque: rate - self.slow_change[j] + contact[j],
             };
-            let friction = self.friction.follow(j, &at, [held, motor + rate]);
+            let friction = self.friction.follow(j, &at, [required, motor + rate]);
             self.explained[j] = motor + rate - friction;
-            self.unexplained[j] = if is_first { 0.0 } else { friction - held };
+            self.unexplained[j] = if is_first { 0.0 } else { friction - required };
         }
         MomentumChange {
             is_first,

@@ -46,9 +46,9 @@ impl FrictionModel {
         self.laws.len()
     }
 
-    /// Torque of friction against positive motion of `joint` [N m]; `held` is what friction would have to withstand for the
+    /// Torque of friction against positive motion of `joint` [N m]; `required` is what friction would have to withstand for the
     /// motion that is seen, without any contact [N m]. Of one sample alone: [`LowSpeed::Absorb`] then is [`LowSpeed::Stick`].
-    pub fn torque(&self, joint: usize, at: &Sliding, held: f64) -> f64 {
+    pub fn torque(&self, joint: usize, at: &Sliding, required: f64) -> f64 {
         let (law, p) = &self.laws[joint];
         match self.low_speed {
             LowSpeed::Linear(width) if at.velocity.abs() < width => {
@@ -56,7 +56,7 @@ impl FrictionModel {
                 law.torque(p, &edge) * (at.velocity / edge.velocity)
             }
             LowSpeed::Stick(width) | LowSpeed::Absorb(width) if at.velocity.abs() < width => {
-                self.stuck(joint, at, held)
+                self.stuck(joint, at, required)
             }
             _ => law.torque(p, at),
         }
@@ -70,14 +70,14 @@ impl FrictionModel {
         applied.clamp(-dry, dry)
     }
 
-    /// [`Self::torque`] of one sample after the other. `resting` is `held` as if nothing accelerated: accelerations from
+    /// [`Self::torque`] of one sample after the other. `resting` is `required` as if nothing accelerated: accelerations from
     /// differences are noise that the bounds of friction would rectify [N m].
-    pub(super) fn follow(&mut self, joint: usize, at: &Sliding, [held, resting]: [f64; 2]) -> f64 {
+    pub(super) fn follow(&mut self, joint: usize, at: &Sliding, [required, resting]: [f64; 2]) -> f64 {
         let friction = match (self.low_speed, self.last[joint]) {
             (LowSpeed::Absorb(width), Some([friction, before])) if at.velocity.abs() < width => {
                 self.stuck(joint, at, friction + resting - before)
             }
-            _ => self.torque(joint, at, held),
+            _ => self.torque(joint, at, required),
         };
         self.last[joint] = Some([friction, resting]);
         friction

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::observer::{FrictionModel, LowSpeed, MotorTorque};
 
 /// Below this a joint is at rest: half a step of the register is the least that is not zero [rad/s].
-pub const STANDS: f64 = 0.02;
+pub const STANDSTILL_SPEED: f64 = 0.02;
 
 /// How a method takes motor torque and friction.
 #[derive(Debug, Clone)]
@@ -72,6 +72,9 @@ impl ServoDrive {
         };
         let n = self.dry.len();
         let laws = (0..n).map(law).collect();
-        FixedModel { motors: vec![motor; n], friction: FrictionModel::new(laws, LowSpeed::Absorb(STANDS)) }
+        FixedModel {
+            motors: vec![motor; n],
+            friction: FrictionModel::new(laws, LowSpeed::Absorb(STANDSTILL_SPEED)),
+        }
     }
 }

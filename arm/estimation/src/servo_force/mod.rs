@@ -8,7 +8,7 @@ mod identify;
 mod telemetry;
 
 pub use baselines::{BaselineObservers, LinearDrive};
-pub use drive::{STANDS, ServoDrive};
+pub use drive::{STANDSTILL_SPEED, ServoDrive};
 pub use telemetry::ServoForceTelemetry;
 
 pub use estimator::{DriveObserver, ForceEstimator, GAIN, estimators, tip_force};

@@ -193,13 +193,13 @@ pub fn panda(folder: &Path) -> Result<RealSet> {
         channels.push(by_joint(&values, 7, |x| low_pass(x, PANDA_CUTOFF, rate))?);
     }
     let ddq = by_joint(&channels[1], 7, |x| Ok(differentiate(x, times)))?;
-    let kept = |values: &[f64], rows: std::ops::Range<usize>| -> Vec<f64> {
+    let decimated = |values: &[f64], rows: std::ops::Range<usize>| -> Vec<f64> {
         rows.step_by(PANDA_STRIDE).flat_map(|row| values[7 * row..7 * row + 7].to_vec()).collect()
     };
     let border = (PANDA_TRAINING * times.len() as f64) as usize;
     let part = |rows: std::ops::Range<usize>| {
         let arrays =
-            [&channels[0], &channels[1], &ddq, &channels[2]].map(|values| kept(values, rows.clone()));
+            [&channels[0], &channels[1], &ddq, &channels[2]].map(|values| decimated(values, rows.clone()));
         blocks(7, [&arrays[0], &arrays[1], &arrays[2], &arrays[3]])
     };
     let (training, test) = (part(0..border)?, part(border..times.len())?);

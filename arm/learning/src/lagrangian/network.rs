@@ -525,7 +525,7 @@ impl<T: Float> Evaluator<T> {
         sum
     }
 
-    /// Residuals of a row: errors of outputs, and what is asked to be small of the network for what rigid bodies do not explain.
+    /// Residuals of a row: errors of outputs, and the penalised torques of the network for what rigid bodies do not explain.
     pub fn n_residuals(&self, penalty: f64) -> usize {
         self.n_outputs + if self.is_penalised(penalty) { self.block.n_joints } else { 0 }
     }

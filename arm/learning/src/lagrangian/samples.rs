@@ -164,13 +164,13 @@ impl ArmSamples {
 
     /// Every `stride`-th sample of every trajectory.
     pub fn thinned(&self, stride: usize) -> Self {
-        let kept: Vec<usize> = self.trajectories.iter().flat_map(|t| t.clone().step_by(stride)).collect();
+        let selected: Vec<usize> = self.trajectories.iter().flat_map(|t| t.clone().step_by(stride)).collect();
         let mut start = 0;
         let trajectories = self.trajectories.iter().map(|t| {
             start += t.len().div_ceil(stride);
             start - t.len().div_ceil(stride)..start
         });
-        Self { trajectories: trajectories.collect(), ..self.rows(&kept) }
+        Self { trajectories: trajectories.collect(), ..self.rows(&selected) }
     }
 
     /// Samples of these numbers, as one trajectory.

@@ -49,17 +49,17 @@ impl NeuralActuator {
             let expected = "one with a servo in the loop, by --prior servo";
             return Err(BadInput::new("actuator", expected, "one without").into());
         };
-        let [known, asked] = halves(trajectories)?;
-        let found = self.with_servo(&self.servo_of(model, (servo, &simulation), &known)?);
+        let [training, validation] = halves(trajectories)?;
+        let found = self.with_servo(&self.servo_of(model, (servo, &simulation), &training)?);
         let better = [self.clone(), found]
             .into_iter()
-            .map(|one| Ok((one.error(model, &asked)?, one)))
+            .map(|one| Ok((one.error(model, &validation)?, one)))
             .collect::<Result<Vec<(f64, Self)>>>()?
             .into_iter()
             .min_by(|a, b| a.0.total_cmp(&b.0));
         let start = better.map_or_else(|| self.clone(), |(_, one)| one);
         let (options, simulation) = (options(updates), start.simulation(model)?);
-        let mut task = start.task(&options, &simulation, [&known, &asked])?;
+        let mut task = start.task(&options, &simulation, [&training, &validation])?;
         let mut session = TrainingSession { file: None, progress };
         let found = fit(&mut task, start.network.clone(), &json!({}), &mut session)?;
         Ok(Self { network: found.model, ..start })
@@ -75,9 +75,9 @@ impl NeuralActuator {
     }
 
     /// Root mean square error of the joints on these, half of it in pure simulation [deg].
-    fn error(&self, model: &Model, asked: &[Trajectory]) -> Result<f64> {
+    fn error(&self, model: &Model, trajectories: &[Trajectory]) -> Result<f64> {
         let (options, simulation) = (options(1), self.simulation(model)?);
-        self.task(&options, &simulation, [asked, asked])?.validate(&self.network)
+        self.task(&options, &simulation, [trajectories, trajectories])?.validate(&self.network)
     }
 
     fn with_servo(&self, (servo, payload): &(RolloutServo, f64)) -> Self {

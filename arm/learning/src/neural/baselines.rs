@@ -222,8 +222,8 @@ pub(super) fn run_alone(simulation: &ArmSimulation, segments: &[Segment<'_>], ho
         let goals: Vec<f64> = segments.iter().flat_map(|one| one.goals(step, m)).copied().collect();
         heat.begin(step);
         let now = &states[step * width..];
-        let asked = MotorCommand { goals: &goals, gains: &gains, windings: heat.at(step), torques: &alone };
-        simulation.step(now, asked, &mut next);
+        let command = MotorCommand { goals: &goals, gains: &gains, windings: heat.at(step), torques: &alone };
+        simulation.step(now, command, &mut next);
         heat.pass(now, [&goals, &gains]);
         states.extend_from_slice(&next);
     }

@@ -106,8 +106,8 @@ impl<T: Float> PlantBatch<T> for SimulatedArms<'_> {
         let (goals, torques) = (self.goals(step), self.torques(outputs));
         self.heat.begin(step);
         let windings = self.heat.at(step);
-        let asked = MotorCommand { goals: &goals, gains: &self.gains, windings, torques: &torques };
-        self.simulation.step(states, asked, next);
+        let command = MotorCommand { goals: &goals, gains: &self.gains, windings, torques: &torques };
+        self.simulation.step(states, command, next);
         self.heat.pass(states, [&goals, &self.gains]);
     }
 
@@ -122,8 +122,8 @@ impl<T: Float> PlantBatch<T> for SimulatedArms<'_> {
         let m = self.simulation.features().motors();
         let (goals, torques) = (self.goals(step), self.torques(outputs));
         let windings = self.heat.at(step);
-        let asked = MotorCommand { goals: &goals, gains: &self.gains, windings, torques: &torques };
-        let [by_before, by_torque] = self.simulation.step_back(states, asked, by_next);
+        let command = MotorCommand { goals: &goals, gains: &self.gains, windings, torques: &torques };
+        let [by_before, by_torque] = self.simulation.step_back(states, command, by_next);
         by_states.iter_mut().zip(&by_before).for_each(|(sum, part)| *sum += part);
         self.torque_gradients.push(by_torque.iter().map(|d| d * d).sum::<f64>().sqrt());
         let rows = by_outputs.chunks_exact_mut(self.n_outputs);

@@ -39,7 +39,7 @@ impl DriveModel<'_> {
     /// the speed.
     pub fn friction(&self, k: usize, speed: f64) -> [Dual; 2] {
         match self {
-            Self::Servo(servo) => servo.held(k).map(Dual::from),
+            Self::Servo(servo) => servo.holding_friction(k).map(Dual::from),
             Self::Drive(drive) => drive.load_friction(Dual::variable(speed)),
         }
     }

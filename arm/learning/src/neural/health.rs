@@ -25,7 +25,7 @@ const FLOOR: f64 = 0.1;
 /// Speed over which friction turns its sign [rad/s].
 const WIDTH: f64 = 0.05;
 /// Below this speed friction may be anything up to its dry part, and a sample has no information [rad/s].
-const STANDS: f64 = 0.05;
+const STANDSTILL_SPEED: f64 = 0.05;
 /// Samples in a row that count as one: errors of friction last about as long as a motion of the joint in one direction.
 pub(super) const ALIKE: f64 = 16.0;
 /// Shares of the samples below either knot.
@@ -139,7 +139,7 @@ impl JointHealth {
         for (slow, now) in self.regressor.iter_mut().zip(regressor(sample, self.model.knots)) {
             *slow += self.share * (now - *slow);
         }
-        if sample.velocity.abs() > STANDS {
+        if sample.velocity.abs() > STANDSTILL_SPEED {
             let variance = ALIKE * (self.model.noise * self.model.noise + sample.variance);
             for belief in &mut self.beliefs {
                 belief.update(&self.regressor, sample.torque, variance);
@@ -169,7 +169,7 @@ impl HealthModel {
     /// # Errors
     /// `BadInput` where none of them moves the joint.
     pub(super) fn fit(trajectories: &[Vec<HealthSample>], about: (f64, f64)) -> Result<Self, BadInput> {
-        let moves = |sample: &&HealthSample| sample.velocity.abs() > STANDS;
+        let moves = |sample: &&HealthSample| sample.velocity.abs() > STANDSTILL_SPEED;
         let mut angles: Vec<f64> =
             trajectories.iter().flatten().filter(moves).map(|sample| sample.position).collect();
         if angles.len() < 100 {
@@ -223,7 +223,7 @@ impl HealthModel {
         let mut sums = [0.0; 2];
         for sample in samples {
             again.update(sample);
-            if sample.velocity.abs() > STANDS {
+            if sample.velocity.abs() > STANDSTILL_SPEED {
                 let line: f64 = found.iter().zip(&again.regressor).map(|(a, b)| a * b).sum();
                 sums[0] += (sample.torque - line).powi(2);
                 sums[1] += 1.0;
@@ -301,8 +301,11 @@ mod tests {
     #[test]
     fn the_evidence_is_the_ratio_of_two_gaussian_densities() {
         let model = healthy();
-        let few: Vec<HealthSample> =
-            samples(3, 0.1, 0.2).into_iter().filter(|one| one.velocity.abs() > STANDS).take(5).collect();
+        let few: Vec<HealthSample> = samples(3, 0.1, 0.2)
+            .into_iter()
+            .filter(|one| one.velocity.abs() > STANDSTILL_SPEED)
+            .take(5)
+            .collect();
         let found = model.along(&few, ABOUT);
         let rows: Vec<[f64; P]> = few.iter().map(|one| regressor(one, model.knots)).collect();
         let density = |covariance: &[f64]| {

@@ -15,7 +15,7 @@ use super::loss::{Heads, watched_motor};
 use hysteron_arm_dynamics::Model;
 use hysteron_arm_estimation::observer::{ForceFilter, TipForceEstimator};
 use hysteron_arm_estimation::servo_force::{
-    DriveObserver, GAIN, STANDS, ServoDrive, ServoForceTelemetry, tip_force,
+    DriveObserver, GAIN, STANDSTILL_SPEED, ServoDrive, ServoForceTelemetry, tip_force,
 };
 
 /// Gains of observers in addition to that whose force is added to [1/s]: what comes and goes within a second
@@ -128,7 +128,7 @@ impl<'m> ArmObservers<'m> {
         self.filters.iter_mut().for_each(|filter| filter.advance(self.period));
         for (k, velocity) in velocity.iter().enumerate() {
             let noise = self.drive.noise[k] * self.drive.noise[k];
-            let variance = if velocity.abs() > STANDS {
+            let variance = if velocity.abs() > STANDSTILL_SPEED {
                 noise * ALIKE
             } else {
                 let dry = self.drive.dry_friction(k, observer.motor(k));

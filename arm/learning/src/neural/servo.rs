@@ -81,7 +81,7 @@ impl RolloutServo {
     }
 
     /// Friction of motor `k` that the integrator has to hold [N m], and its growth per torque through the gear.
-    pub(super) fn held(&self, k: usize) -> [f64; 2] {
+    pub(super) fn holding_friction(&self, k: usize) -> [f64; 2] {
         let friction = if self.holds { self.friction[k] } else { 0.0 };
         [friction, self.load_friction.get(k).copied().unwrap_or(0.0)]
     }

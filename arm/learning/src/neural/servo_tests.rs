@@ -42,9 +42,9 @@ fn friction_that_holds_keeps_a_loaded_joint_and_brakes_as_by_coulomb() {
     let mut still = vec![0.0; 2 * m];
     still[1] = 0.8;
     let (nothing, mut state, mut next) = (vec![0.0; m], still.clone(), vec![0.0; 2 * m]);
-    let asked = MotorCommand { goals: &nothing, gains: &[1.0], windings: &[], torques: &nothing };
+    let command = MotorCommand { goals: &nothing, gains: &[1.0], windings: &[], torques: &nothing };
     for _ in 0..100 {
-        arm.step(&state, asked, &mut next);
+        arm.step(&state, command, &mut next);
         state.copy_from_slice(&next);
     }
     assert_eq!(state, still);
@@ -53,7 +53,7 @@ fn friction_that_holds_keeps_a_loaded_joint_and_brakes_as_by_coulomb() {
     let mut speed = 2.5 * slower;
     state[m + motor] = speed;
     for _ in 0..5 {
-        arm.step(&state, asked, &mut next);
+        arm.step(&state, command, &mut next);
         state.copy_from_slice(&next);
         speed = (speed - slower).max(0.0);
         assert!((state[m + motor] - speed).abs() < 1e-12, "{} {speed}", state[m + motor]);
@@ -62,7 +62,7 @@ fn friction_that_holds_keeps_a_loaded_joint_and_brakes_as_by_coulomb() {
     // Friction that creeps lets the arm sink.
     options.servo.as_mut().unwrap().holds = false;
     let creeps = ArmSimulation::new(arm.model(), &features(), &options).unwrap();
-    creeps.step(&still, asked, &mut next);
+    creeps.step(&still, command, &mut next);
     assert!((next[1] - still[1]).abs() > 1e-4, "{}", next[1] - still[1]);
 }
 
@@ -76,8 +76,8 @@ fn friction_under_load_holds_a_weight_between_the_torques_of_lifting_and_of_lett
     let simulation = ArmSimulation::new(&arm, &ALONE, &SimulationOptions::with_servo(&servo, 0.01)).unwrap();
     let moved = |torque: f64| {
         let mut next = [0.0; 2];
-        let asked = MotorCommand { goals: &[0.7], gains: &[0.0], windings: &[], torques: &[torque] };
-        simulation.step(&still, asked, &mut next);
+        let command = MotorCommand { goals: &[0.7], gains: &[0.0], windings: &[], torques: &[torque] };
+        simulation.step(&still, command, &mut next);
         next[0] - still[0]
     };
     // |τ − b| = μ |τ + b|: the same factor (1 + μ)/(1 − μ) up and down.

@@ -241,7 +241,7 @@ impl ArmSimulation {
     }
 
     /// For how long torques are held [s], and the parts of that: a whole step, or one part of it with a servo or drive in the loop.
-    fn held(&self) -> (f64, usize) {
+    fn hold_interval(&self) -> (f64, usize) {
         let SimulationOptions { period, substeps, .. } = self.options;
         match self.options.drive_model() {
             None => (period, substeps),
@@ -259,7 +259,7 @@ impl ArmSimulation {
         ArmRollouts {
             model: &self.model,
             integrator,
-            period: self.held(),
+            period: self.hold_interval(),
             n_steps: 1,
             frames: Vec::new(),
             isa: Isa::detect(),
@@ -295,29 +295,29 @@ impl ArmSimulation {
             .collect()
     }
 
-    /// States after a step from `states` (trajectories × 2m) under the torques asked for; with a servo in the loop, under its torque
+    /// States after a step from `states` (trajectories × 2m) under the commanded torques; with a servo in the loop, under its torque
     /// towards the goals too.
-    pub fn step(&self, states: &[f64], asked: MotorCommand<'_>, next: &mut [f64]) {
+    pub fn step(&self, states: &[f64], command: MotorCommand<'_>, next: &mut [f64]) {
         let Some(drive_model) = self.options.drive_model() else {
-            return self.hold(states, asked.torques, next);
+            return self.hold(states, command.torques, next);
         };
         let mut now = states.to_vec();
         for _ in 0..self.options.substeps {
-            let driven = self.driven(drive_model, &now, asked);
+            let driven = self.driven(drive_model, &now, command);
             self.hold(&now, &driven, next);
             now.copy_from_slice(next);
         }
     }
 
     /// Gradients by states and torques of a step from those by the states after it, `weights`.
-    pub fn step_back(&self, states: &[f64], asked: MotorCommand<'_>, weights: &[f64]) -> [Vec<f64>; 2] {
-        let torques = asked.torques;
+    pub fn step_back(&self, states: &[f64], command: MotorCommand<'_>, weights: &[f64]) -> [Vec<f64>; 2] {
+        let torques = command.torques;
         let Some(drive_model) = self.options.drive_model() else {
             return self.friction_backward(states, torques, weights);
         };
         let mut path = vec![states.to_vec()];
         for part in 1..self.options.substeps {
-            let driven = self.driven(drive_model, &path[part - 1], asked);
+            let driven = self.driven(drive_model, &path[part - 1], command);
             let mut next = vec![0.0; states.len()];
             self.hold(&path[part - 1], &driven, &mut next);
             path.push(next);
@@ -325,11 +325,11 @@ impl ArmSimulation {
         let m = self.features.motors();
         let (mut by_state, mut by_torque) = (weights.to_vec(), vec![0.0; torques.len()]);
         for states in path.iter().rev() {
-            let driven = self.driven(drive_model, states, asked);
+            let driven = self.driven(drive_model, states, command);
             let [mut by_before, by_driven] = self.friction_backward(states, &driven, &by_state);
             for (at, (by_driven, torque)) in by_driven.iter().zip(torques).enumerate() {
                 let (row, k) = (at / m, at % m);
-                let (free, [by_angle, by_speed]) = own_torque(drive_model, states, asked, (at, m));
+                let (free, [by_angle, by_speed]) = own_torque(drive_model, states, command, (at, m));
                 if (free + torque).abs() < self.limit(k) {
                     by_torque[at] += by_driven;
                     by_before[row * 2 * m + k] += by_angle * by_driven;
@@ -342,13 +342,13 @@ impl ArmSimulation {
     }
 
     /// Torques of servo or drive and the network's together, as far as the motors' limits (trajectories × m) [N m].
-    fn driven(&self, drive_model: DriveModel<'_>, states: &[f64], asked: MotorCommand<'_>) -> Vec<f64> {
+    fn driven(&self, drive_model: DriveModel<'_>, states: &[f64], command: MotorCommand<'_>) -> Vec<f64> {
         let m = self.features.motors();
         let one = |(at, torque): (usize, &f64)| {
-            let (free, _) = own_torque(drive_model, states, asked, (at, m));
+            let (free, _) = own_torque(drive_model, states, command, (at, m));
             (free + torque).clamp(-self.limit(at % m), self.limit(at % m))
         };
-        asked.torques.iter().enumerate().map(one).collect()
+        command.torques.iter().enumerate().map(one).collect()
     }
 
     /// States after `torques` were held.
@@ -363,8 +363,8 @@ impl ArmSimulation {
             next[..n].copy_from_slice(&found[..n]);
             next[m..m + n].copy_from_slice(&found[n..]);
         }
-        let (held, substeps) = self.held();
-        let h = held / substeps as f64;
+        let (interval, substeps) = self.hold_interval();
+        let h = interval / substeps as f64;
         let SimulationOptions { armature, damping, .. } = self.options;
         for motor in n..m {
             let rows =
@@ -408,8 +408,8 @@ impl ArmSimulation {
                 by_state[at] += friction.slope * by_friction[k] + share.slope * by_friction[n + k];
             }
         }
-        let (held, substeps) = self.held();
-        let h = held / substeps as f64;
+        let (interval, substeps) = self.hold_interval();
+        let h = interval / substeps as f64;
         let SimulationOptions { armature, damping, .. } = self.options;
         for motor in n..m {
             // Where there is friction that holds, torques are held for one part only.
@@ -440,11 +440,11 @@ impl ArmSimulation {
 fn own_torque(
     drive_model: DriveModel<'_>,
     states: &[f64],
-    asked: MotorCommand<'_>,
+    command: MotorCommand<'_>,
     (at, m): (usize, usize),
 ) -> (f64, [f64; 2]) {
     let (row, k) = (at / m, at % m);
     let state = &states[row * 2 * m..][..2 * m];
-    let winding = asked.windings.get(at).copied().unwrap_or_default();
-    drive_model.torque(k, (asked.goals[at], asked.gains[row]), [state[k], state[m + k]], winding)
+    let winding = command.windings.get(at).copied().unwrap_or_default();
+    drive_model.torque(k, (command.goals[at], command.gains[row]), [state[k], state[m + k]], winding)
 }

@@ -4,8 +4,8 @@
 use std::f64::consts::TAU;
 
 use super::series::{MeasuredChannel, MeasuredSeries};
-use super::statistics::{extremes, quantile, range, robust_deviation};
 use super::{Finding, LONGEST_STILL_S, MIN_ROWS, Warning};
+use crate::statistics::{extremes, nearest_quantile, range, robust_deviation};
 use crate::units::Unit;
 
 /// Part of its range that a command moves over while nothing answers [-]: wider than backlash and friction of a tendon hold on.
@@ -46,7 +46,7 @@ const MIN_STEPS_OF_RANGE: f64 = 100.0;
 /// How far a change may be from a whole number of quanta [quanta].
 const QUANTUM_ROUNDING: f64 = 0.02;
 /// A channel of a smaller range is at rest [m or rad]: a tracker's noise, and some steps of a servo's encoder of 4096.
-const STANDS: f64 = 3e-3;
+const REST_RANGE: f64 = 3e-3;
 /// Part of the rows in which a limit may have held a stroke back [-].
 const LIMITED: f64 = 0.05;
 
@@ -58,7 +58,7 @@ pub fn check(series: &MeasuredSeries) -> Vec<Warning> {
     found.extend(duplicated(series));
     for channel in channels {
         // At rest only the last digit of the sensor changes.
-        let positions = channel.is_position() && range(channel.values.iter().copied()) > STANDS;
+        let positions = channel.is_position() && range(channel.values.iter().copied()) > REST_RANGE;
         if channel.values.iter().all(|value| *value == channel.values[0]) {
             continue;
         }
@@ -148,7 +148,7 @@ fn held(channels: &[&MeasuredChannel], series: &MeasuredSeries) -> Vec<Warning> 
                 length = 1.0;
             }
         }
-        let typical = quantile(&mut lengths, 0.5);
+        let typical = nearest_quantile(&mut lengths, 0.5).unwrap_or(0.0);
         if typical < 2.0 {
             continue;
         }
@@ -158,7 +158,7 @@ fn held(channels: &[&MeasuredChannel], series: &MeasuredSeries) -> Vec<Warning> 
         }
     }
     let mut steps: Vec<f64> = series.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let step = quantile(&mut steps, 0.5);
+    let step = nearest_quantile(&mut steps, 0.5).unwrap_or(0.0);
     let warning = |(names, rows): (Vec<&str>, f64)| {
         let finding = format!(
             "measured every {rows:.0} rows, at {:.1} Hz of {:.1}; in between the last value is repeated",
@@ -217,11 +217,12 @@ fn spike(channel: &MeasuredChannel, series: &MeasuredSeries) -> Option<Warning> 
     let n = values.len();
     let departure = |i: usize| {
         let mut five: Vec<f64> = (i.saturating_sub(2)..(i + 3).min(n)).map(|k| values[k]).collect();
-        values[i] - quantile(&mut five, 0.5)
+        values[i] - nearest_quantile(&mut five, 0.5).unwrap_or(0.0)
     };
     let departures: Vec<f64> = (0..n).map(departure).collect();
     let mut sorted = values.clone();
-    let width = quantile(&mut sorted, 0.99) - quantile(&mut sorted, 0.01);
+    let width = nearest_quantile(&mut sorted, 0.99).unwrap_or(0.0)
+        - nearest_quantile(&mut sorted, 0.01).unwrap_or(0.0);
     let limit = (SPIKE_DEVIATIONS * robust_deviation(departures.iter().copied())).max(SPIKE_PART * width);
     // The first and the last two rows have neighbours on one side alone.
     let is_back = |i: usize| {

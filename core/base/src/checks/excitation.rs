@@ -1,9 +1,9 @@
 //! Whether recordings that are used together move the robot enough for a fit.
 
 use super::series::{is_command, resolves_motion};
-use super::statistics::{extremes, noise, range};
 use super::{Finding, MIN_ROWS, Warning};
 use crate::Recording;
+use crate::statistics::{extremes, noise, range};
 
 /// Range of a stroke below which a tendon counts as not pulled, as a part of the widest stroke [-].
 const PULLED: f64 = 0.02;

@@ -168,7 +168,7 @@ fn currents(channels: &JointChannels) -> Option<Warning> {
     if moving.is_empty() {
         return None;
     }
-    let median = super::statistics::quantile(&mut moving, 0.5);
+    let median = crate::statistics::nearest_quantile(&mut moving, 0.5).unwrap_or(0.0);
     if median >= SMALLEST_CURRENT {
         return None;
     }

@@ -10,7 +10,6 @@ mod delay;
 mod excitation;
 mod joints;
 mod series;
-mod statistics;
 mod tendons;
 mod time;
 

@@ -1,11 +1,11 @@
 //! Series of a recording as the checks read them: the measured rows, by kind of channel.
 
 use super::LONGEST_STILL_S;
-use super::statistics::quantile;
 use crate::Recording;
+use crate::statistics::nearest_quantile;
 use crate::units::Unit;
 
-/// Beginnings of the names of what is asked for, not measured.
+/// Prefixes of channels that are commanded or computed, not measured.
 const COMMANDS: [&str; 7] = ["stroke_", "aux_", "goal_", "target_", "twin_", "tick_goal_", "command_"];
 /// Flags that a program writes for a row.
 const FLAGS: [&str; 4] = ["extrapolating", "outside_validation", "limited", "contact"];
@@ -21,7 +21,7 @@ pub fn is_command(name: &str) -> bool {
 /// Whether rows at these times [s] are closer than a robot's time constants.
 pub fn resolves_motion(time: &[f64]) -> bool {
     let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    quantile(&mut steps, 0.5) < LONGEST_STILL_S
+    nearest_quantile(&mut steps, 0.5).unwrap_or(0.0) < LONGEST_STILL_S
 }
 
 /// A channel without the rows that were filled in.

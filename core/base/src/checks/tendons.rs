@@ -1,8 +1,8 @@
 //! Strokes and tip of a tendon-driven robot: their sizes against each other and against the body.
 
 use super::series::{MeasuredChannel, MeasuredSeries};
-use super::statistics::{extremes, range};
 use super::{CheckContext, Finding, Warning};
+use crate::statistics::{extremes, range};
 
 /// Largest plausible range of a tip [m]: the longest tendon-driven arms that are used reach 3 m. A robot of 3 mm in metres
 /// makes it in millimetres.

@@ -1,8 +1,8 @@
 //! The clock of a recording.
 
-use super::statistics::quantile;
 use super::{Finding, MIN_ROWS, Warning};
 use crate::Recording;
+use crate::statistics::nearest_quantile;
 
 /// Longest step between rows of anything that moves [s]: a robot that is measured less often is not followed. 200 Hz in milliseconds
 /// that are read as seconds make 5.
@@ -28,7 +28,8 @@ pub fn check(recording: &Recording) -> Vec<Warning> {
         return Vec::new();
     }
     let mut sorted = steps.clone();
-    let [tenth, median, ninetieth] = [0.1, 0.5, 0.9].map(|part| quantile(&mut sorted, part));
+    let [tenth, median, ninetieth] =
+        [0.1, 0.5, 0.9].map(|part| nearest_quantile(&mut sorted, part).unwrap_or(0.0));
     let mut found = Vec::new();
     found.extend(unit(median));
     if ninetieth > UNEVEN * tenth {

@@ -1,6 +1,7 @@
 //! Further files, and columns with a clock of their own, come to the rows of the first file: by a key that both have, or by time.
 
 use super::columns::ColumnMap;
+use crate::statistics::nearest_quantile;
 use crate::{BadInput, Table, units::Unit};
 use std::collections::HashMap;
 
@@ -31,8 +32,7 @@ impl Clock {
             rows.push(row);
         }
         let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        let Some(step) = steps.get(steps.len() / 2).copied() else {
+        let Some(step) = nearest_quantile(&mut steps, 0.5) else {
             let place = table.columns()[column].name.clone();
             return Err(BadInput::new(place, "at least two times", times.len().to_string()));
         };
@@ -79,8 +79,7 @@ fn times(table: &Table, columns: &ColumnMap) -> Check<(Vec<f64>, &'static Unit, 
 fn step_of(times: &[f64]) -> f64 {
     let mut steps: Vec<f64> =
         times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+    nearest_quantile(&mut steps, 0.5).unwrap_or(0.0)
 }
 
 /// The first table with the columns of the others; one that it has already is called `2.name`, `3.name`, ….

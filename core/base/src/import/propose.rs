@@ -1,5 +1,6 @@
 //! A map that the program writes from names, units and ranges, for a person to edit.
 
+use crate::statistics::nearest_quantile;
 use crate::{Table, units::Unit};
 use std::fmt::Write as _;
 
@@ -253,8 +254,7 @@ fn time_line(table: &Table, names: &[ParsedName], is_taken: &mut [bool]) -> Stri
         return format!("time_{} = {name}    # its unit is stated\n", unit.suffix);
     }
     let mut steps: Vec<f64> = table.columns()[k].values.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    let step = nearest_quantile(&mut steps, 0.5).unwrap_or(0.0);
     let (unit, divided) = match step {
         step if step < 1.0 => ("s", ""),
         step if step < 1000.0 => ("ms", ""),

@@ -4,6 +4,7 @@
 
 use super::{Channel, Check, ColumnMemory, Metadata, Recording, check_room};
 use crate::BadInput;
+use crate::statistics::nearest_quantile;
 
 const ORIENTATION: [&str; 4] = ["tip_qw", "tip_qx", "tip_qy", "tip_qz"];
 /// A hole in time wider than this many steps counts as a gap [-].
@@ -93,8 +94,7 @@ impl Recording {
             return Err(BadInput::new("rate", expected, format!("{rate_hz:?} Hz")));
         }
         let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        let step = steps.get(steps.len() / 2).map_or(0.0, |median| median.max(1.0 / rate_hz));
+        let step = nearest_quantile(&mut steps, 0.5).map_or(0.0, |median| median.max(1.0 / rate_hz));
         let n_new = (span * (1.0 + 1e-12) + 1e-9) as usize + 1; // the last one despite rounding
         check_room(self.channels.len() + 2, n_new as u64, ColumnMemory::Reserved)
             .map_err(|bad| bad.within("rate"))?;

@@ -163,12 +163,12 @@ fn material(typed: &schema::MaterialTable) -> Check<Material> {
         ("material.youngs_modulus_mpa", typed.youngs_modulus_mpa, 1e6),
         ("material.youngs_modulus_gpa", typed.youngs_modulus_gpa, 1e9),
     ];
-    let given: Vec<(&str, f64, f64)> =
+    let moduli: Vec<(&str, f64, f64)> =
         variants.into_iter().filter_map(|(key, x, pascal)| Some((key, x?, pascal))).collect();
-    let [(key, modulus, pascal)] = given[..] else {
-        let found = match given.len() {
+    let [(key, modulus, pascal)] = moduli[..] else {
+        let found = match moduli.len() {
             0 => "none".to_owned(),
-            _ => given
+            _ => moduli
                 .iter()
                 .map(|(key, ..)| key.trim_start_matches("material."))
                 .collect::<Vec<_>>()

@@ -1,7 +1,7 @@
 //! A regularised least-squares problem of few rows in boxes, by Newton's method on its dual.
 //!
 //! With the multiplier η = e - G x every variable is alone: x(η) = (Gᵀη)/γ - s, put back into its box. So the dual is a
-//! smooth convex function of as many numbers as there are rows, quadratic in pieces,
+//! smooth convex, piecewise quadratic function of as many numbers as there are rows,
 //!
 //! ```text
 //! φ(η) = ½ |η|² - eᵀη + Σ max { x_k (Gᵀη)_k - γ/2 (x_k + s_k)² : x_k in its box },   ∇φ = η - e + G x(η),

@@ -93,9 +93,9 @@ pub(super) fn forward(
     *end_c = c.flatten_all()?.to_vec1()?;
     let all_h = Tensor::stack(&all_h, 0)?;
     let outputs = all_h.narrow(0, 1, steps)?.reshape((steps * rows, hidden))?;
-    let kept =
+    let forward_values =
         ForwardValues { inputs: inputs.clone(), hidden: all_h, gates: all_gates, cells: all_c, weights };
-    Ok((outputs, kept))
+    Ok((outputs, forward_values))
 }
 
 /// Factors on derivatives by hidden states and cells after a step, for all steps at once.
@@ -109,9 +109,10 @@ struct Slopes {
 }
 
 impl Slopes {
-    fn new(kept: &ForwardValues) -> Result<Self> {
-        let (gates, cells) = (Tensor::stack(&kept.gates, 0)?, Tensor::stack(&kept.cells, 0)?);
-        let steps = kept.gates.len();
+    fn new(forward_values: &ForwardValues) -> Result<Self> {
+        let (gates, cells) =
+            (Tensor::stack(&forward_values.gates, 0)?, Tensor::stack(&forward_values.cells, 0)?);
+        let steps = forward_values.gates.len();
         let [input, forget, candidate, output] =
             [gate(&gates, 0)?, gate(&gates, 1)?, gate(&gates, 2)?, gate(&gates, 3)?];
         let curved = cells.narrow(0, 1, steps)?.tanh()?;

@@ -275,14 +275,14 @@ mod tests {
         }
     }
 
-    /// A piece of a stream: a whole packet, one with a field that lies, or bytes that are none.
+    /// A part of a stream: a whole packet, one with a field that lies, or bytes that are none.
     #[derive(Debug, Clone)]
-    enum Piece {
+    enum StreamPart {
         Whole(u8, Vec<u8>),
         Broken(Vec<u8>),
     }
 
-    fn piece() -> impl Strategy<Value = Piece> {
+    fn part() -> impl Strategy<Value = StreamPart> {
         let whole = (0u8..=0xfe, body());
         let broken =
             (0u8..=0xfe, body(), 0..6, any::<u16>(), any::<u8>()).prop_map(|(id, body, how, word, byte)| {
@@ -301,27 +301,27 @@ mod tests {
                         close(&mut bytes);
                     }
                 }
-                Piece::Broken(bytes)
+                StreamPart::Broken(bytes)
             });
         let noise =
             proptest::collection::vec(prop_oneof![Just(0xff), Just(0xfd), Just(0), any::<u8>()], 0..80);
         prop_oneof![
-            2 => whole.prop_map(|(id, body)| Piece::Whole(id, body)),
+            2 => whole.prop_map(|(id, body)| StreamPart::Whole(id, body)),
             3 => broken,
-            1 => noise.prop_map(Piece::Broken),
+            1 => noise.prop_map(StreamPart::Broken),
         ]
     }
 
     #[test]
     fn no_stream_of_packets_that_lie_stops_the_decoder() {
         const MEMORY_MAX: u64 = 256 << 20;
-        let case = (proptest::collection::vec(piece(), 0..12), 1usize..300);
-        hysteron_fuzz::drive("dynamixel/stream", 500, MEMORY_MAX, case, |(pieces, cut)| {
+        let case = (proptest::collection::vec(part(), 0..12), 1usize..300);
+        hysteron_fuzz::drive("dynamixel/stream", 500, MEMORY_MAX, case, |(parts, cut)| {
             let mut bytes = Vec::new();
-            for piece in &pieces {
-                match piece {
-                    Piece::Whole(id, body) => bytes.extend(packet(*id, body)),
-                    Piece::Broken(broken) => bytes.extend(broken),
+            for part in &parts {
+                match part {
+                    StreamPart::Whole(id, body) => bytes.extend(packet(*id, body)),
+                    StreamPart::Broken(broken) => bytes.extend(broken),
                 }
             }
             let (mut decoder, mut found) = (PacketDecoder::default(), Vec::new());
@@ -331,8 +331,8 @@ mod tests {
                 assert!(decoder.bytes.len() <= PREFIX + MAX_LENGTH);
             }
             // Packets before the first damage are read unchanged.
-            for (piece, found) in pieces.iter().zip(&found) {
-                let Piece::Whole(id, body) = piece else { break };
+            for (part, found) in parts.iter().zip(&found) {
+                let StreamPart::Whole(id, body) = part else { break };
                 assert!(is_packet(found, *id, body));
             }
         });

@@ -37,7 +37,7 @@ const ALERT: u8 = 0x80;
 pub enum TransferFailure {
     /// Nothing in time.
     Timeout,
-    /// Damaged, or not the answer to what was asked.
+    /// Damaged, or not the answer to the request.
     Corrupt(String),
     /// The servo refused: its error number.
     Refused(u8),

@@ -41,7 +41,7 @@ pub fn calibrate(
     hardware: &mut dyn Hardware,
     rig: &RigConfig,
     date: String,
-    asked: &dyn Fn() -> bool,
+    stop_requested: &dyn Fn() -> bool,
     say: &mut dyn FnMut(&str),
 ) -> Result<RigCalibration> {
     let servos = hardware.prepare()?;
@@ -59,7 +59,7 @@ pub fn calibrate(
     wide.limits.stroke_min = -2.0 * rig.calibration.search_max;
     wide.limits.stroke_max = 2.0 * rig.calibration.search_max;
     let session = RigSession::start(hardware, &wide, &found, RATE)?;
-    let mut search = CalibrationRun { session, rig, asked, at: vec![0.0; positions.len()] };
+    let mut search = CalibrationRun { session, rig, stop_requested, at: vec![0.0; positions.len()] };
     let done = search.run(&mut found, say);
     done.map_err(|stop| match stop {
         Stop::Failed(error) => error,
@@ -75,7 +75,7 @@ type Moved<T> = std::result::Result<T, Stop>;
 struct CalibrationRun<'a> {
     session: RigSession<'a>,
     rig: &'a RigConfig,
-    asked: &'a dyn Fn() -> bool,
+    stop_requested: &'a dyn Fn() -> bool,
     /// Strokes commanded, from the first positions of the servos (n) [m].
     at: Vec<f64>,
 }
@@ -126,7 +126,7 @@ impl CalibrationRun<'_> {
     fn go(&mut self, k: usize, stroke: f64) -> Moved<()> {
         self.at[k] = stroke;
         let target = self.at.clone();
-        self.session.slew(&target, 0.0, self.asked)
+        self.session.slew(&target, 0.0, self.stop_requested)
     }
 
     /// Lets tendon `k` out until it is slack, winds it up again and finds the corner in its load.
@@ -154,12 +154,12 @@ impl CalibrationRun<'_> {
         self.go(k, self.at[k] - BACK_OFF)?;
         // In, until it has risen well above the slack's level.
         let (mut strokes, mut loads) = (Vec::new(), Vec::new());
-        let (start, stands) = (self.at[k], self.session.strokes()[k]);
+        let (start, measured_start) = (self.at[k], self.session.strokes()[k]);
         loop {
             let load = self.step(k, step)?;
             let stroke = self.session.strokes()[k];
             // Before it moves, the load is that of a servo which overcomes its own friction.
-            if stroke - stands > RUN_UP {
+            if stroke - measured_start > RUN_UP {
                 strokes.push(stroke);
                 loads.push(load);
             }
@@ -223,9 +223,9 @@ impl CalibrationRun<'_> {
     /// Goes to the present strokes and measures where the tip comes to rest, in the tracker's frame [m].
     fn tip(&mut self) -> Moved<[f64; 3]> {
         let target = self.at.clone();
-        self.session.slew(&target, REST, self.asked)?;
+        self.session.slew(&target, REST, self.stop_requested)?;
         let (mut sum, mut n) = ([0.0; 3], 0);
-        self.session.slew_with(&target, REST, self.asked, &mut |session| {
+        self.session.slew_with(&target, REST, self.stop_requested, &mut |session| {
             for pose in session.poses().iter().filter(|pose| pose.quality == Quality::Good) {
                 (0..3).for_each(|i| sum[i] += pose.position[i]);
                 n += 1;

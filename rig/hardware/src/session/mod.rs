@@ -268,9 +268,9 @@ impl<'a> RigSession<'a> {
         &mut self,
         target: &[f64],
         settle: f64,
-        asked: &dyn Fn() -> bool,
+        stop_requested: &dyn Fn() -> bool,
     ) -> std::result::Result<(), Stop> {
-        self.slew_with(target, settle, asked, &mut |_| {})
+        self.slew_with(target, settle, stop_requested, &mut |_| {})
     }
 
     /// As [`RigSession::slew`], showing every cycle to `watch`.
@@ -281,10 +281,10 @@ impl<'a> RigSession<'a> {
         &mut self,
         target: &[f64],
         settle: f64,
-        asked: &dyn Fn() -> bool,
+        stop_requested: &dyn Fn() -> bool,
         watch: &mut dyn FnMut(&Self),
     ) -> std::result::Result<(), Stop> {
-        let done = self.move_to(target, settle, asked, watch);
+        let done = self.move_to(target, settle, stop_requested, watch);
         if done.is_err() {
             self.end(TorqueAtEnd::Off);
         }
@@ -296,7 +296,7 @@ impl<'a> RigSession<'a> {
         &mut self,
         target: &[f64],
         settle: f64,
-        asked: &dyn Fn() -> bool,
+        stop_requested: &dyn Fn() -> bool,
         watch: &mut dyn FnMut(&Self),
     ) -> std::result::Result<(), Stop> {
         let start = self.commanded.clone();
@@ -305,8 +305,8 @@ impl<'a> RigSession<'a> {
         let n_settling = (settle / self.period).ceil();
         let mut strokes = start.clone();
         for i in 1..=(n_moving + n_settling) as u64 {
-            if asked() {
-                return Err(self.stop_as_asked());
+            if stop_requested() {
+                return Err(self.stop_as_requested());
             }
             let part = (i as f64 / n_moving).min(1.0); // 1 also where there is no way to go
             for ((s, a), b) in strokes.iter_mut().zip(&start).zip(target) {
@@ -348,8 +348,8 @@ impl<'a> RigSession<'a> {
     }
 
     /// Logs the user's interruption.
-    fn stop_as_asked(&mut self) -> Stop {
-        self.say("asked to stop");
+    fn stop_as_requested(&mut self) -> Stop {
+        self.say("stop requested");
         Stop::Asked
     }
 

@@ -135,7 +135,7 @@ impl RigRecorder {
             n_instruments: options.instruments.len(),
             start: 0.0,
             last: None,
-            held: Vec::with_capacity(2 * n),
+            commanded: Vec::with_capacity(2 * n),
             is_real_time: true,
             events: Vec::new(),
             supervisor: None,
@@ -158,7 +158,7 @@ impl RigRecorder {
     /// Goes to rest, follows the strokes of `commands` (n tendons) sample by sample, returns to rest and ends the
     /// session.
     ///
-    /// `progress` receives the number of rows done; `asked` returns whether the recording should stop.
+    /// `progress` receives the number of rows done; `stop_requested` returns whether the recording should stop.
     ///
     /// # Errors
     /// If the recording cannot be written. What ends the run itself is in the outcome, together with the data.
@@ -167,7 +167,7 @@ impl RigRecorder {
         // Dropped before the tape, which may have to wait for the disk.
         mut session: RigSession<'_>,
         commands: &Recording,
-        asked: &dyn Fn() -> bool,
+        stop_requested: &dyn Fn() -> bool,
         progress: &mut dyn FnMut(usize),
     ) -> Result<Outcome> {
         let strokes = commands.strokes();
@@ -180,7 +180,7 @@ impl RigRecorder {
         tape.is_real_time = session.hardware.is_real_time();
         let clocks = |session: &RigSession<'_>| (session.hardware.now(), session.hardware.processor_time());
         let before = clocks(&session);
-        let mut stopped = follow(&mut session, &strokes, tape, asked, progress).err();
+        let mut stopped = follow(&mut session, &strokes, tape, stop_requested, progress).err();
         if let ((start, Some(used_before)), (end, Some(used))) = (before, clocks(&session)) {
             session.stats.processor = Some((used - used_before) / (end - start));
         }
@@ -251,17 +251,18 @@ fn follow(
     session: &mut RigSession<'_>,
     strokes: &[&[f64]],
     tape: &mut JournalTape,
-    asked: &dyn Fn() -> bool,
+    stop_requested: &dyn Fn() -> bool,
     progress: &mut dyn FnMut(usize),
 ) -> std::result::Result<(), Stop> {
     let sample = |i: usize| strokes.iter().map(move |channel| channel[i]);
     let mut target: Vec<f64> = sample(0).collect();
     // The first row needs the pose before it.
-    session.move_to(&target, SETTLE, asked, &mut |session| tape.aligner.push_poses(&session.poses))?;
+    session
+        .move_to(&target, SETTLE, stop_requested, &mut |session| tape.aligner.push_poses(&session.poses))?;
     session.say("recording");
     for i in 0..strokes[0].len() {
-        if asked() {
-            return Err(session.stop_as_asked());
+        if stop_requested() {
+            return Err(session.stop_as_requested());
         }
         target.iter_mut().zip(sample(i)).for_each(|(s, commanded)| *s = commanded);
         let n_before = session.n_cycles;
@@ -293,7 +294,7 @@ struct JournalTape {
     /// Time of the last row on the rig's clock [s], once there is one.
     last: Option<f64>,
     /// Strokes and goals commanded in it.
-    held: Vec<f64>,
+    commanded: Vec<f64>,
     /// Readings of the instruments in it, and their number.
     instruments: Vec<f64>,
     n_instruments: usize,
@@ -314,16 +315,18 @@ impl JournalTape {
         }
         self.fill_missed(time, session.period);
         let channels = &session.calibration.channels;
-        self.held.clear();
-        self.held.extend(session.goals.iter().zip(channels).map(|(goal, channel)| channel.stroke(*goal)));
-        self.held.extend(session.goals.iter().map(|goal| f64::from(*goal)));
+        self.commanded.clear();
+        self.commanded
+            .extend(session.goals.iter().zip(channels).map(|(goal, channel)| channel.stroke(*goal)));
+        self.commanded.extend(session.goals.iter().map(|goal| f64::from(*goal)));
         let samples = &session.samples;
         let present = samples.iter().map(|s| s.map_or(f64::NAN, |s| f64::from(s.position)));
         let loads = samples.iter().map(|s| s.map_or(f64::NAN, |s| s.load));
         self.instruments.clear();
         session.hardware.read_instruments(&mut self.instruments);
         let instruments = self.instruments.iter().copied();
-        self.aligner.push_row(time, self.held.iter().copied().chain(present).chain(loads).chain(instruments));
+        self.aligner
+            .push_row(time, self.commanded.iter().copied().chain(present).chain(loads).chain(instruments));
         self.aligner.push_poses(&session.poses);
         self.note(&mut session.events)?;
         self.write(session.hardware.now())
@@ -334,8 +337,8 @@ impl JournalTape {
         let Some(last) = self.last.replace(time) else { return };
         let n_missed = ((time - last) / period).round() as u64;
         for i in 1..n_missed {
-            let nothing = std::iter::repeat_n(f64::NAN, self.held.len() + self.n_instruments);
-            self.aligner.push_row(last + i as f64 * period, self.held.iter().copied().chain(nothing));
+            let nothing = std::iter::repeat_n(f64::NAN, self.commanded.len() + self.n_instruments);
+            self.aligner.push_row(last + i as f64 * period, self.commanded.iter().copied().chain(nothing));
         }
     }
 

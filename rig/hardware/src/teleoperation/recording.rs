@@ -124,7 +124,7 @@ impl<'a> ArmsRecording<'a> {
         })
     }
 
-    /// Goes to the leader, follows it for `seconds`, or until `asked` where there are none, and returns to rest.
+    /// Goes to the leader, follows it for `seconds`, or until `stop_requested` where there are none, and returns to rest.
     ///
     /// `progress` receives the time recorded so far [s].
     ///
@@ -135,12 +135,12 @@ impl<'a> ArmsRecording<'a> {
         mut self,
         arms: &mut ArmPair,
         seconds: Option<f64>,
-        asked: &dyn Fn() -> bool,
+        stop_requested: &dyn Fn() -> bool,
         progress: &mut dyn FnMut(f64),
     ) -> Result<ArmsOutcome> {
         let config = arms.config.clone();
         let mut session = TeleoperationSession::start(arms)?;
-        let mut halted = self.follow(&mut session, &config, seconds, asked, progress).err();
+        let mut halted = self.follow(&mut session, &config, seconds, stop_requested, progress).err();
         let was_interrupted =
             matches!(halted, Some(StopReason::Asked)) && (seconds.is_some() || self.start.is_none());
         if !matches!(halted, Some(StopReason::Unsafe(_)))
@@ -180,10 +180,10 @@ impl<'a> ArmsRecording<'a> {
         session: &mut TeleoperationSession<'_>,
         config: &ArmsConfig,
         seconds: Option<f64>,
-        asked: &dyn Fn() -> bool,
+        stop_requested: &dyn Fn() -> bool,
         progress: &mut dyn FnMut(f64),
     ) -> std::result::Result<(), StopReason> {
-        session.approach(asked)?;
+        session.approach(stop_requested)?;
         session.say("following");
         loop {
             session.follow(config.limits.speed_max)?;
@@ -192,7 +192,7 @@ impl<'a> ArmsRecording<'a> {
             if seconds.is_some_and(|seconds| passed >= seconds - 0.5 * config.period) {
                 return Ok(());
             }
-            if asked() {
+            if stop_requested() {
                 return Err(StopReason::Asked);
             }
         }

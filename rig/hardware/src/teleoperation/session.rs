@@ -95,7 +95,7 @@ impl<'a> TeleoperationSession<'a> {
     }
 
     /// Goes to where the leader is, which may move meanwhile.
-    pub fn approach(&mut self, asked: &dyn Fn() -> bool) -> std::result::Result<(), StopReason> {
+    pub fn approach(&mut self, stop_requested: &dyn Fn() -> bool) -> std::result::Result<(), StopReason> {
         self.say("going to the leader");
         let near = self.arms.config.limits.speed_max * self.arms.config.period;
         loop {
@@ -104,7 +104,7 @@ impl<'a> TeleoperationSession<'a> {
             if self.goals.iter().zip(&limited).all(|(goal, target)| (goal - target).abs() < near) {
                 return Ok(());
             }
-            if asked() {
+            if stop_requested() {
                 return Err(StopReason::Asked);
             }
         }

@@ -81,7 +81,7 @@ impl MessageDecoder {
         }
     }
 
-    /// Reads one message, header or skipped piece at `begin`; returns how many bytes are done with, or `None` if
+    /// Reads one message, header or skipped part of a message at `begin`; returns how many bytes are done with, or `None` if
     /// more must come first.
     fn step(&mut self, begin: usize, each: &mut impl FnMut(DecodedMessage)) -> Option<usize> {
         let bytes = &self.buffer[begin..];

@@ -69,25 +69,25 @@ pub(super) struct PoseQueue {
 #[derive(Debug, Default)]
 struct Burst {
     last: Option<f64>,
-    held: usize,
+    n_withheld: usize,
     what: String,
 }
 
 impl Burst {
     /// One more at `now` [s]; returns the message to log, if it is time.
     fn note(&mut self, now: f64, what: String) -> Option<String> {
-        self.held += 1;
+        self.n_withheld += 1;
         self.what = what;
         self.flush(now)
     }
 
     /// Report of the events withheld, if it is due.
     fn flush(&mut self, now: f64) -> Option<String> {
-        if self.held == 0 || self.last.is_some_and(|last| now - last < REST) {
+        if self.n_withheld == 0 || self.last.is_some_and(|last| now - last < REST) {
             return None;
         }
         self.last = Some(now);
-        let n = std::mem::take(&mut self.held);
+        let n = std::mem::take(&mut self.n_withheld);
         let what = std::mem::take(&mut self.what);
         Some(if n == 1 { what } else { format!("{what}; {n} such since the last report") })
     }

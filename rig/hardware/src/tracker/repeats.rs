@@ -5,7 +5,7 @@
 //! repetitions is withheld for a moment, and accepted if
 //!
 //! - it is no longer than this tracker's share of repetitions p explains: p to the power of its length is no rarer than
-//!   once a day. That is asked of trackers whose noise exceeds their rounding alone: below it, p depends on where
+//!   once a day. That is required of trackers whose noise exceeds their rounding alone: below it, p depends on where
 //!   between two steps of the rounding the tip happens to rest; and
 //! - the next other pose is where noise alone could have put it: a tip that was really at rest does not reappear
 //!   millimetres away.
@@ -32,7 +32,7 @@ pub(super) struct RepeatWatch {
     /// Last pose that was no repetition.
     last: Option<Pose>,
     /// Its repetitions that are not decided, in order of time.
-    held: Vec<Pose>,
+    withheld: Vec<Pose>,
     /// Its repetitions.
     n: usize,
     /// They were held for long enough: the tip rests.
@@ -68,7 +68,7 @@ impl RepeatWatch {
         Self {
             hold,
             last: None,
-            held: Vec::new(),
+            withheld: Vec::new(),
             n: 0,
             is_at_rest: false,
             is_frozen: false,
@@ -103,10 +103,10 @@ impl RepeatWatch {
 
     fn repeat(&mut self, pose: Pose, decided: &mut Vec<Pose>) {
         self.n += 1;
-        self.held.push(pose);
+        self.withheld.push(pose);
         let share = self.share.unwrap_or_else(|| self.window.share());
         self.is_frozen |= share < NOISY && share.powf(self.n as f64) < RARE;
-        self.is_at_rest |= pose.time - self.held[0].time >= self.hold;
+        self.is_at_rest |= pose.time - self.withheld[0].time >= self.hold;
         if self.is_frozen {
             self.decide(false, decided);
         } else if self.is_at_rest {
@@ -117,7 +117,7 @@ impl RepeatWatch {
     /// Passes on the withheld poses: unchanged, or marked frozen.
     fn decide(&mut self, is_believed: bool, decided: &mut Vec<Pose>) {
         let quality = if is_believed { Quality::Good } else { Quality::Frozen };
-        decided.extend(self.held.drain(..).map(|pose| Pose { quality, ..pose }));
+        decided.extend(self.withheld.drain(..).map(|pose| Pose { quality, ..pose }));
     }
 
     /// Learns from a run of repetitions and the step that ended it [m].

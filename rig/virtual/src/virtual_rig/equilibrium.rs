@@ -171,7 +171,7 @@ impl TendonBody {
     }
 }
 
-/// How much is asked of Newton's method.
+/// Effort of Newton's method.
 #[derive(Clone, Copy, PartialEq)]
 enum NewtonEffort {
     Full,

@@ -282,7 +282,7 @@ fn message() -> impl Strategy<Value = Vec<u8>> {
         .prop_map(|(content, device, time, protocol)| Message { device, time, content }.to_bytes(protocol))
 }
 
-/// Cuts `bytes` into pieces of these sizes, again and again, and decodes them.
+/// Cuts `bytes` into chunks of these sizes, again and again, and decodes them.
 fn decode(bytes: &[u8], sizes: &[usize]) -> Vec<DecodedMessage> {
     let (mut decoder, mut all) = (MessageDecoder::new(), Vec::new());
     let mut rest = bytes;
@@ -290,8 +290,8 @@ fn decode(bytes: &[u8], sizes: &[usize]) -> Vec<DecodedMessage> {
         if rest.is_empty() {
             break;
         }
-        let (piece, others) = rest.split_at((*size).min(rest.len()));
-        decoder.decode(piece, |decoded| all.push(decoded));
+        let (chunk, others) = rest.split_at((*size).min(rest.len()));
+        decoder.decode(chunk, |decoded| all.push(decoded));
         assert!(decoder.n_buffered() <= MAX_BUFFERED);
         rest = others;
     }

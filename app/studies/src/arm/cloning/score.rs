@@ -1,5 +1,6 @@
 //! Success rates of controllers in the same trials.
 
+use hysteron_base::statistics::nearest_quantile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -44,8 +45,6 @@ impl Row {
     pub fn of(task: Task, method: &str, (distances, near): (&[f64], f64), nothing: Option<&[f64]>) -> Self {
         let is_good = |distance: &f64| *distance <= near;
         let successes = distances.iter().filter(|d| is_good(d)).count();
-        let mut sorted = distances.to_vec();
-        sorted.sort_by(f64::total_cmp);
         let against_nothing = nothing.map(|nothing| {
             let pairs = || distances.iter().map(is_good).zip(nothing.iter().map(is_good));
             let only =
@@ -59,7 +58,7 @@ impl Row {
             successes,
             rate: successes as f64 / distances.len() as f64,
             interval: wilson(successes, distances.len()),
-            distance_mm: 1e3 * sorted[sorted.len() / 2],
+            distance_mm: 1e3 * nearest_quantile(&mut distances.to_vec(), 0.5).unwrap_or(f64::NAN),
             against_nothing,
         }
     }

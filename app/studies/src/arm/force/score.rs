@@ -1,5 +1,6 @@
 //! Errors of estimated forces compared with labels, and false contacts.
 
+use hysteron_base::statistics::upper_quantile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -101,9 +102,7 @@ impl Errors {
 /// Threshold that [`QUANTILE`] of these forces stay below [N].
 pub(super) fn learned_threshold(forces: &[[f64; 3]]) -> f64 {
     let mut norms: Vec<f64> = forces.iter().map(norm).collect();
-    norms.sort_by(f64::total_cmp);
-    let at = (QUANTILE * norms.len() as f64) as usize;
-    norms.get(at.min(norms.len().saturating_sub(1))).copied().unwrap_or(0.0)
+    upper_quantile(&mut norms, QUANTILE).unwrap_or(0.0)
 }
 
 /// Counts over contact-free forces.

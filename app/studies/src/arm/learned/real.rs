@@ -185,14 +185,14 @@ pub fn real_study(
 fn responded(set: &RealSet, rigid: &[Vec<f64>; 2]) -> ([Vec<f64>; 2], RealRow) {
     let n = set.training.n_joints;
     let rows = |range: &Range<usize>| n * range.start..n * range.end;
-    let parts = |held: Option<usize>| {
+    let parts = |fold: Option<usize>| {
         let trajectories = set.training.trajectories.iter().enumerate();
-        let used = trajectories.filter(move |(t, _)| held.is_none_or(|held| t % VALIDATION != held));
+        let used = trajectories.filter(move |(t, _)| fold.is_none_or(|fold| t % VALIDATION != fold));
         used.map(|(_, range)| [&rigid[0][rows(range)], &set.training.tau[rows(range)]])
     };
-    let found = |held: Option<usize>| TorqueResponse::of_rows(parts(held), n, 1.0);
+    let found = |fold: Option<usize>| TorqueResponse::of_rows(parts(fold), n, 1.0);
     // Each trajectory with the response of those of other folds.
-    let folds: Vec<TorqueResponse> = (0..VALIDATION).map(|held| found(Some(held))).collect();
+    let folds: Vec<TorqueResponse> = (0..VALIDATION).map(|fold| found(Some(fold))).collect();
     let of_trajectory =
         |(t, range): (usize, &Range<usize>)| folds[t % VALIDATION].applied(&rigid[0][rows(range)]);
     let held_out: Vec<f64> = set.training.trajectories.iter().enumerate().flat_map(of_trajectory).collect();
@@ -270,9 +270,9 @@ fn learned(
     let (mut predicted, mut validation) = (vec![0.0; set.test.tau.len()], 0.0);
     for member in 0..options.members {
         // Each network stops by other trajectories.
-        let held = |t: &usize| t % VALIDATION == member as usize % VALIDATION;
-        let training = all.select((0..n).filter(|t| !held(t))).thinned(options.stride);
-        let evaluated = all.select((0..n).filter(held)).thinned(options.stride);
+        let is_validation = |t: &usize| t % VALIDATION == member as usize % VALIDATION;
+        let training = all.select((0..n).filter(|t| !is_validation(t))).thinned(options.stride);
+        let evaluated = all.select((0..n).filter(is_validation)).thinned(options.stride);
         let shape = NetworkShape {
             variant,
             hidden: options.hidden.clone(),

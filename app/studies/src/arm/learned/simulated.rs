@@ -138,8 +138,8 @@ fn split(samples: &ArmSamples, seed: u64) -> [ArmSamples; 2] {
     for i in (1..n).rev() {
         order.swap(i, rng.random_range(0..=i));
     }
-    let held = n.div_ceil(VALIDATION).max(1).min(n - 1);
-    let (validation, training) = order.split_at(held);
+    let n_validation = n.div_ceil(VALIDATION).max(1).min(n - 1);
+    let (validation, training) = order.split_at(n_validation);
     [samples.select(training.iter().copied()), samples.select(validation.iter().copied())]
 }
 

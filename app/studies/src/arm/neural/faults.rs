@@ -54,14 +54,14 @@ pub(super) fn fault_cell(
     };
     let known: Vec<Trajectory> = training.iter().filter(|one| one.is_healthy.is_some()).cloned().collect();
     let tests: Vec<&Sample> = data.samples.iter().filter(|one| protocol.uses(one, Split::Test)).collect();
-    let asked: Vec<Trajectory> = tests.iter().map(|one| one.trajectory.clone()).collect();
-    let estimates = [along(&known)?, along(&asked)?];
+    let test_trajectories: Vec<Trajectory> = tests.iter().map(|one| one.trajectory.clone()).collect();
+    let estimates = [along(&known)?, along(&test_trajectories)?];
     let among = |kinds: &[&str]| -> Result<Vec<DetectorScores>> {
         let is = |one: &Sample| {
             one.trajectory.is_healthy == Some(true) || kinds.iter().any(|kind| one.task.ends_with(kind))
         };
         let chosen: Vec<usize> = (0..tests.len()).filter(|k| is(tests[*k])).collect();
-        let test: Vec<Trajectory> = chosen.iter().map(|k| asked[*k].clone()).collect();
+        let test: Vec<Trajectory> = chosen.iter().map(|k| test_trajectories[*k].clone()).collect();
         let own: Vec<ConditionEstimate> = chosen.iter().map(|k| estimates[1][*k].clone()).collect();
         Ok(detectors((&arm, &data.features), [&known, &test], [&estimates[0], &own])?)
     };
@@ -71,5 +71,5 @@ pub(super) fn fault_cell(
     if file.exists() {
         std::fs::remove_file(file).map_err(|e| hysteron_base::Error::io(file, e))?;
     }
-    Ok(Some(FaultCell { trained_on: training.len(), tests: asked.len(), detectors }))
+    Ok(Some(FaultCell { trained_on: training.len(), tests: test_trajectories.len(), detectors }))
 }

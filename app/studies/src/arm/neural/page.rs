@@ -229,7 +229,7 @@ fn faults(page: &mut Page, study: &NeuralStudy) {
     page.heading("Faults of the third motor by kind: area under the curve, windows of 64 samples");
     page.paragraph(
         "The published data set has rubber bands alone. Here pick and place with nothing and with 100 to 500 g, healthy, with a band, with 30 to \
-         100 % more dry friction, and with a lost tooth: learned from with all else, or without those with 200 g, which are asked.",
+         100 % more dry friction, and with a lost tooth: learned from with all else, or without those with 200 g, which are the test set.",
     );
     let mut rows = Vec::new();
     for ((split, _), cells) in FAULT_SPLITS.iter().zip(&study.faults) {
@@ -249,7 +249,7 @@ fn networks(page: &mut Page, study: &NeuralStudy) {
     page.heading("Table X: networks in the loop");
     page.paragraph(
         "Mean of tasks over the first 500 steps: joints [deg] | aperture [mm]. Networks of one size, trained with as many updates; those without a servo begin with \
-         inverse dynamics. A perceptron with residual layers sees one sample and stands for networks without history.",
+         inverse dynamics. A perceptron with residual layers sees one sample and represents networks without history.",
     );
     let cells = std::iter::once(&study.published).chain(&study.networks);
     let row = |(network, cells): (&NetworkKind, &Vec<NeuralCell>)| {

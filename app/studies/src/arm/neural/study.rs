@@ -102,24 +102,24 @@ pub fn neural_study<I: Serialize + Sync>(
     listener: Listener<'_>,
 ) -> Result<Option<NeuralStudy>> {
     let period = about.1.period;
-    let asked = |network: &NetworkKind, seed: u64| size.actuator(network, seed, period);
-    study_with(folder, about, (&asked, scope, seeds), listener)
+    let actuator_of = |network: &NetworkKind, seed: u64| size.actuator(network, seed, period);
+    study_with(folder, about, (&actuator_of, scope, seeds), listener)
 }
 
 /// Actuators of the cells, by network and seed.
-pub(super) type Asked<'a> = &'a (dyn Fn(&NetworkKind, u64) -> ActuatorOptions + Sync);
+pub(super) type ActuatorOf<'a> = &'a (dyn Fn(&NetworkKind, u64) -> ActuatorOptions + Sync);
 
 /// The study with these actuators.
 pub(super) fn study_with<I: Serialize + Sync>(
     folder: &Path,
     (model, data, identity): (&Model, &NeuralData, &I),
-    (asked, scope, seeds): (Asked<'_>, NeuralScope, Range<u64>),
+    (actuator_of, scope, seeds): (ActuatorOf<'_>, NeuralScope, Range<u64>),
     listener: Listener<'_>,
 ) -> Result<Option<NeuralStudy>> {
     make_folder(folder)?;
     let plans = plans(&seeds, scope, data.samples.iter().any(|one| one.task.starts_with(FAULTS)));
     let options = |plan: &Plan| {
-        let mut options = asked(plan.network, plan.seed);
+        let mut options = actuator_of(plan.network, plan.seed);
         if !plan.has_sensing {
             options.sensing = None;
         }

@@ -7,7 +7,7 @@ use hysteron_arm_fixtures::recordings::{Case, JOINTS, PERIOD, recording};
 use hysteron_base::json;
 
 use super::cells::{NETWORKS, NetworkKind, NeuralScope, NeuralSize};
-use super::study::{Asked, study_with};
+use super::study::{ActuatorOf, study_with};
 use super::{NeuralCell, NeuralData, NeuralStudy, Sample, Split};
 use crate::runner::StudyProgress;
 use hysteron_arm_dynamics::Model;
@@ -127,7 +127,7 @@ fn every_cell_is_computed_once_and_an_interrupted_study_resumes_to_the_same_numb
     assert!(left.is_empty(), "{left:?}");
 
     let model = Model::builtin("open-manipulator-x").unwrap();
-    let networks = (&tiny as Asked<'_>, NeuralScope::Networks, 0..1);
+    let networks = (&tiny as ActuatorOf<'_>, NeuralScope::Networks, 0..1);
     // The ablation alone has the same cells, and its own of the first network, which knows no force.
     let about = (&model, &data, &identity);
     let alone = study_with(folders[0].path(), about, networks.clone(), &mut |_| true).unwrap().unwrap();

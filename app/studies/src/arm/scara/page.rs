@@ -60,7 +60,7 @@ pub(super) fn write(folder: &Path, study: &ScaraStudy, outcome: &Outcome) -> any
     let mut page = Page::with_verdict(title, &outcome.verdict, "study of external torques", &outcome.command);
     page.paragraph(
         "Simulated: Wan et al. (2026) publish neither geometry nor data. True friction is their table 2, ANFIS, with Stribeck speeds of 0.2 rad/s, \
-         as bristles; torques have 0.43 N m of noise; the estimators believe masses 2 % too large. Published values stand in brackets. \
+         as bristles; torques have 0.43 N m of noise; the estimators believe masses 2 % too large. Published values are in brackets. \
          \"least-squares-coulomb\" is the counterpart of the paper's LS: least squares of the right law cannot be beaten by the others.",
     );
     signals(folder, &mut page, study)?;

@@ -22,7 +22,7 @@ pub(super) fn write(folder: &Path, study: &WristStudy, outcome: &Outcome) -> any
     page.paragraph(
         "Simulated: table 3, column C of Saadatzi et al. (2019), made feasible, with bristles as friction, encoders of 30 000 steps a turn \
          and a torque constant 1 % too large. The estimators identify themselves from the paper's swept sine at nominal friction. \
-         Published values stand in brackets; the paper has no row beyond the fifth.",
+         Published values are in brackets; the paper has no row beyond the fifth.",
     );
     for load in [Load::Payload, Load::ForceSensor] {
         for drift in DRIFTS {

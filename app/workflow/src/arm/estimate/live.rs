@@ -29,7 +29,7 @@ struct LiveEstimation<'m> {
     estimator: LiveEstimator<'m>,
     motors: usize,
     /// Latest measured row; a servo that did not answer keeps its last values.
-    held: Vec<f64>,
+    latest: Vec<f64>,
     rows: u64,
     contacts: u64,
     /// Contacts that began.
@@ -43,17 +43,17 @@ impl LiveEstimation<'_> {
     /// Takes a row as it was measured and appends the estimates: none before every servo has answered once.
     fn append(&mut self, row: &mut Vec<f64>) {
         let start = Instant::now();
-        if self.held.is_empty() {
-            self.held.resize(row.len(), f64::NAN);
+        if self.latest.is_empty() {
+            self.latest.resize(row.len(), f64::NAN);
         }
-        let measured = self.held.iter_mut().zip(row.iter());
-        measured.filter(|(_, now)| now.is_finite()).for_each(|(held, now)| *held = *now);
+        let measured = self.latest.iter_mut().zip(row.iter());
+        measured.filter(|(_, now)| now.is_finite()).for_each(|(latest, now)| *latest = *now);
         let m = self.motors;
-        if self.held.iter().any(|value| value.is_nan()) {
+        if self.latest.iter().any(|value| value.is_nan()) {
             row.extend(std::iter::repeat_n(f64::NAN, m + 5));
             return;
         }
-        let of = |quantity: usize| &self.held[quantity * m..][..m];
+        let of = |quantity: usize| &self.latest[quantity * m..][..m];
         let now = self.estimator.update(&ServoTelemetry {
             position: of(0),
             goal: of(1),
@@ -62,7 +62,7 @@ impl LiveEstimation<'_> {
             voltage: of(4),
             temperature: of(5),
             pwm: of(6),
-            goal_aperture: self.held.get(QUANTITIES * m + 1).copied().unwrap_or(0.0),
+            goal_aperture: self.latest.get(QUANTITIES * m + 1).copied().unwrap_or(0.0),
         });
         row.extend(values(self.estimator.torque(), &now));
         let is_contact = now.gate >= 0.5;
@@ -91,7 +91,7 @@ pub(super) fn run(
     let live = RefCell::new(LiveEstimation {
         estimator,
         motors,
-        held: Vec::new(),
+        latest: Vec::new(),
         rows: 0,
         contacts: 0,
         begun: 0,

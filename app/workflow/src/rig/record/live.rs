@@ -36,7 +36,7 @@ pub fn record(
     }
     if calibration.registers.is_empty() {
         tracing::warn!(
-            "the calibration of {} knows nothing of the servos' registers: they are compared with the factory's values; \
+            "the calibration of {} has no record of the servos' registers: they are compared with the factory's values; \
              calibrate again to store them",
             calibration.date
         );

@@ -88,7 +88,7 @@ impl Summary {
         let n_held = troubles.iter().filter(|event| event.kind == EventKind::Hold).count().div_ceil(2);
         if n_held > 0 {
             tracing::warn!(
-                "{}: a tendon was held back near the load limit {n_held} times; {} says when and how far",
+                "{}: load limiting acted on a tendon {n_held} times; {} says when and how far",
                 job.name,
                 events_path(&job.out).display()
             );

@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, Metadata, Recording, Scene, file};
 use hysteron_twin::Twin;
+use hysteron_twin::command::{Command, Goals};
 
-use super::command::Command;
-use super::goals::Goals;
 use crate::{COMMIT, Context};
 
 /// Task of the robot for the samples of a recording.

@@ -1,11 +1,11 @@
 //! The outcome of a run, and the data that its figures show.
 
 use hysteron_base::{Recording, Scene};
+use hysteron_twin::command::Goals;
 use hysteron_twin::{Twin, TwinState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::goals::Goals;
 use super::input::Task;
 use super::summary::RunSummary;
 use crate::shared::outcome::MetricsFormat;

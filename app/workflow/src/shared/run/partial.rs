@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use hysteron_base::{BadInput, Metadata, Recording, number};
+use hysteron_twin::command::Command;
 use hysteron_twin::{Twin, TwinState};
 
-use super::command::Command;
 use super::rollout::{RunEnd, RunState};
 use super::trace::Trace;
 use crate::shared::error::Cancelled;

@@ -8,15 +8,15 @@ use hysteron_base::{BadInput, Metadata, Recording, Scene, file};
 use hysteron_control::score::score;
 use hysteron_fem::{Mesh, MeshQuality};
 use hysteron_report::folder::ReportFolder;
+use hysteron_twin::command::{Command, CommandRollout};
 use hysteron_twin::{LockedMove, LockingEstimator, RunLocking, Twin, TwinState};
 
-use super::command::Command;
 use super::input::{RunInput, Task};
 use super::options::RunOptions;
 use super::outcome::{Outcome, Run};
 use super::page;
 use super::partial::Partial;
-use super::residual::Residual;
+use super::residual::ResidualTrace;
 use super::rollout::{RunEnd, RunState, follow};
 use super::series::{self, Series};
 use super::summary::RunSummary;
@@ -56,10 +56,11 @@ pub fn run(
         provenance.extra.insert("residual_sha256".to_owned(), file::sha256_of(path)?);
         network = Some(Network::read(path, &scene, &twin)?);
     }
-    let mut residual = match &network {
-        Some(network) => Some(Residual::new(network, &twin, input.sample_duration()?)?),
+    let corrected = match &network {
+        Some(network) => Some(network.rollout(&twin, input.sample_duration()?)?),
         None => None,
     };
+    let mut residual = network.as_ref().map(|network| ResidualTrace::new(network.n_aux()));
     // Of every sample its tip, strokes and tensions, measured and commanded.
     let n_columns = 4 + 2 * (twin.n_primary + twin.tendons.len());
     memory::check_result(&input.path, input.samples.n_samples(), n_columns)?;
@@ -70,16 +71,21 @@ pub fn run(
 
     context.listen();
     let mut series = series_of(options, &twin, &command, state.trace.len())?;
-    let end = follow(&twin, &command, residual.as_mut(), &mut state, series.as_mut(), context)?;
+    let n_earlier = state.trace.len();
+    let mut rollout = CommandRollout::new(&twin, &command, corrected, (&state.twin, n_earlier))?;
+    let robot = (&twin, &command);
+    let end = follow(robot, &mut rollout, &mut state, residual.as_mut(), series.as_mut(), context)?;
     if let Some(mut series) = series {
         series.finish()?;
     }
 
-    let RunState { twin: last, trace, mut summary, farthest, n_outside } = state;
+    let RunState { twin: last, trace, mut summary } = state;
+    let (farthest_row, farthest) = rollout.farthest();
     let n_done = trace.len();
-    summary.extrapolated = residual.as_ref().map(Residual::extrapolated);
-    summary.outside_validation = twin.chain.as_ref().map(|_| n_outside as f64 / n_done.max(1) as f64);
-    let further = residual.map_or_else(Vec::new, |residual| residual.into_channels(n_done));
+    summary.extrapolated = residual.as_ref().map(ResidualTrace::extrapolated);
+    summary.outside_validation =
+        twin.chain.as_ref().map(|_| rollout.n_outside() as f64 / n_done.max(1) as f64);
+    let further = residual.map_or_else(Vec::new, ResidualTrace::into_channels);
     let is_complete = matches!(end, RunEnd::Done);
     provenance.extra.insert("complete".to_owned(), is_complete.to_string());
     let recording = match n_done {
@@ -93,7 +99,7 @@ pub fn run(
         }
         return Err(partial.stopped(end, n_done, &twin, &command));
     };
-    sum_up(&mut summary, &input, (&twin, &command), recording, predicted.as_ref(), &farthest.1);
+    sum_up(&mut summary, &input, (&twin, &command), recording, predicted.as_ref(), farthest);
     recording.write(&options.out)?;
     if let Some(path) = &options.save_state {
         last.write(path, &twin, &scene.hash, &context.command)?;
@@ -106,7 +112,7 @@ pub fn run(
         goals: command.goals.as_ref(),
         measured: input.measured(),
         gap: input.samples.gap(),
-        farthest: (farthest.0, &farthest.1),
+        farthest: (farthest_row, farthest),
         summary: &summary,
     };
     let outcome = report(&done, options, context)?;

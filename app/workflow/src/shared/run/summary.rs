@@ -2,11 +2,10 @@
 
 use hysteron_base::Recording;
 use hysteron_control::score::{AxisScore, PathScore};
-use hysteron_twin::{RunLocking, StepReport, Twin};
+use hysteron_twin::command::{CommandStep, Goals};
+use hysteron_twin::{RunLocking, Twin};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-use super::goals::Goals;
 
 /// Numbers of a run; written as they are into `metrics.json`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
@@ -88,8 +87,10 @@ pub struct TendonSummary {
 
 impl RunSummary {
     /// Adds what a sample took.
-    pub fn add(&mut self, report: &StepReport) {
+    pub fn add(&mut self, step: &CommandStep) {
+        let report = &step.report;
         self.steps += 1;
+        self.rounds += step.rounds;
         self.iterations += report.iterations;
         self.refactorisations += report.refactorisations;
         self.newton_iterations += report.newton_iterations;

@@ -6,9 +6,8 @@
 //! a stroke would be driven when the file is simulated again. With goals, `tip_error_m` is what remained to them.
 
 use hysteron_base::{BadInput, Channel, Metadata, Recording};
+use hysteron_twin::command::Command;
 use hysteron_twin::{Twin, TwinState};
-
-use super::command::Command;
 
 /// Everything recorded so far.
 #[derive(Debug, Clone)]

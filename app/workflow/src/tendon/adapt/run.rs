@@ -24,23 +24,23 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 fn adapt_network(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     paths::check_checkpoint(&options.out)?;
     let scene = options.body.scene(&options.scene)?;
-    let twin = Twin::from_scene(&scene)?;
-    let network = Network::read(&options.checkpoint, &scene, &twin)?;
     let inputs = inputs::read(&options.recordings)?;
-    let motions = inputs
-        .iter()
-        .map(|input| {
-            RobotMotion::for_identification(&twin, &input.recording, &input.path.display().to_string())
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    for motion in &motions {
-        network.rollout(&twin, motion.step).map_err(|bad| bad.within(&motion.name))?;
-    }
     let outputs = Outputs::reading(inputs.iter().map(|input| &input.path)).and([&options.checkpoint]);
     let folder = paths::report_folder(&options.out, options.figures.as_deref());
     let outputs = outputs.scene(&options.scene, &scene).file("--out", &options.out);
     let _lock = outputs.report("--figures", Some(&folder)).check(context)?;
+    let twin = Twin::from_scene(&scene)?;
     let findings = recording_checks::of_inputs(&inputs, &recording_checks::context_of(&twin, Purpose::Fit))?;
+    let motions = inputs
+        .iter()
+        .map(|input| RobotMotion::identifiable(&twin, &input.recording, &input.path.display().to_string()))
+        .collect::<Result<Vec<_>, _>>()?;
+    // From here on the stiffness is factorised.
+    let network = Network::read(&options.checkpoint, &scene, &twin)?;
+    for motion in &motions {
+        motion.check_registration(&twin)?;
+        network.rollout(&twin, motion.step).map_err(|bad| bad.within(&motion.name))?;
+    }
     context.listen();
     let bar = context.progress("samples", n_samples(&twin, &motions), 0);
     let on_sample = || {

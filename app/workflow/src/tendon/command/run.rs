@@ -23,13 +23,13 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 fn command(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     check_strokes(options)?;
     let metres = |mm: Option<f64>| mm.map(|mm| 1e-3 * mm);
-    let given = LimitOverrides {
+    let overrides = LimitOverrides {
         stroke: [options.stroke_min_mm, options.stroke_max_mm].map(metres),
         rate: metres(options.stroke_rate_max_mm_s),
     };
     let outputs = options.way.reads()?.file("--out", &options.out);
     let _lock = outputs.report("--figures", options.figures.as_deref()).check(context)?;
-    let recording = options.way.strokes(&given, context)?;
+    let recording = options.way.strokes(&overrides, context)?;
     recording.write(&options.out)?;
     let PathSpan { begins, ends } = PathSpan::of(&recording)?;
     let step = recording.rate_hz().map_or(1.0, f64::recip);

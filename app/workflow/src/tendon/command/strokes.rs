@@ -33,7 +33,7 @@ impl Way {
     ///
     /// # Errors
     /// Bad input; an interruption; a path that the twin cannot follow.
-    pub fn strokes(&self, given: &LimitOverrides, context: &Context) -> anyhow::Result<Recording> {
+    pub fn strokes(&self, overrides: &LimitOverrides, context: &Context) -> anyhow::Result<Recording> {
         let target = read_target(&self.target)?;
         context.listen();
         let n = target.path.len();
@@ -49,12 +49,12 @@ impl Way {
                 twin_strokes::strokes(
                     (scene, twin),
                     self.checkpoint.as_deref(),
-                    given,
+                    overrides,
                     &target,
                     &mut progress,
                 )?
             }
-            None => by_network(self, given, &target, &mut progress)?,
+            None => by_network(self, overrides, &target, &mut progress)?,
         };
         bar.finish();
         let n_done = answer.limited.len().saturating_sub(answer.approach);
@@ -83,7 +83,7 @@ impl Way {
 /// By an inverse controller.
 fn by_network(
     way: &Way,
-    given: &LimitOverrides,
+    overrides: &LimitOverrides,
     target: &Target,
     progress: &mut dyn FnMut(usize) -> bool,
 ) -> anyhow::Result<Answer> {
@@ -93,7 +93,7 @@ fn by_network(
         let bad = BadInput::new(&way.target, "a recording with tip_z_m", "a path in the plane");
         return Err(bad.hint("the network was trained with --spatial").into());
     }
-    let limits = limits(&model, given);
+    let limits = limits(&model, overrides);
     let commands = model.command(&target.path, limits, progress)?;
     let n = commands.steps.len();
     let n_tendons = commands.strokes.len() / n.max(1);
@@ -126,13 +126,13 @@ fn read_target(named: &str) -> anyhow::Result<Target> {
     Ok(Target { time: recording.time().to_vec(), step: rate.recip(), path, axes })
 }
 
-/// Those of the training, but for the ones given.
-fn limits(model: &InverseModel, given: &LimitOverrides) -> StrokeLimits {
+/// Limits of the training, unless overridden.
+fn limits(model: &InverseModel, overrides: &LimitOverrides) -> StrokeLimits {
     let StrokeLimits { stroke: Bounds { min, max }, stroke_rate } = model.limits;
-    let [lowest, highest] = given.stroke;
+    let [lowest, highest] = overrides.stroke;
     StrokeLimits {
         stroke: Bounds { min: lowest.unwrap_or(min), max: highest.unwrap_or(max) },
-        stroke_rate: given.rate.unwrap_or(stroke_rate),
+        stroke_rate: overrides.rate.unwrap_or(stroke_rate),
     }
 }
 

@@ -17,8 +17,8 @@ const LIMITS: [f64; 2] = [16e-3, 12e-3];
 /// Distance from the path's first point at which the approach ends [m]: a tenth of what a good robot misses.
 const NEAR: f64 = 1e-4;
 /// The approach ends too where a second brings the tip no nearer than this [m].
-const STANDS: f64 = 1e-5;
-const STANDS_S: f64 = 1.0;
+const MIN_PROGRESS: f64 = 1e-5;
+const PATIENCE_S: f64 = 1.0;
 
 /// Which twin is steered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,7 +47,7 @@ impl Twins {
 pub(super) fn strokes(
     (scene, twins): (&Path, Twins),
     checkpoint: Option<&Path>,
-    given: &LimitOverrides,
+    overrides: &LimitOverrides,
     target: &Target,
     progress: &mut dyn FnMut(usize) -> bool,
 ) -> anyhow::Result<Answer> {
@@ -56,8 +56,10 @@ pub(super) fn strokes(
     let network = checkpoint.map(|path| Network::read(path, &scene, &twin)).transpose()?;
     let tendons = TendonMapping { angles: angles_of(&scene), release: 1.0, co_contraction: 0.0 };
     let coordinates = |point: [f64; 2], strokes: &mut [f64]| tendons.strokes_into(point, strokes);
-    let limits =
-        FollowLimits { stroke: given.stroke[1].unwrap_or(LIMITS[0]), rate: given.rate.unwrap_or(LIMITS[1]) };
+    let limits = FollowLimits {
+        stroke: overrides.stroke[1].unwrap_or(LIMITS[0]),
+        rate: overrides.rate.unwrap_or(LIMITS[1]),
+    };
     let plant = plant(network.as_ref(), &twin, target.step)?;
     let mut follower = PathFollower::new(&twin, plant, &coordinates, limits, target.step)?;
     let mut answer = Answer {
@@ -97,13 +99,13 @@ fn approach(
 ) -> anyhow::Result<usize> {
     let [x, y, _] = target.path[0];
     let distance = |tip: [f64; 3]| (tip[0] - x).hypot(tip[1] - y);
-    let patience = (STANDS_S / target.step).ceil().max(1.0) as usize;
+    let patience = (PATIENCE_S / target.step).ceil().max(1.0) as usize;
     let (mut nearest, mut since, mut n) = (distance(rest), 0, 0);
     while nearest > NEAR && since < patience {
         let step = follower.step([x, y])?;
         answer.push(follower, &step);
         let now = distance(step.tip);
-        if now < nearest - STANDS {
+        if now < nearest - MIN_PROGRESS {
             (nearest, since) = (now, 0);
         } else {
             since += 1;

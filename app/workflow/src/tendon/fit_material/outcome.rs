@@ -171,14 +171,8 @@ impl Outcome {
     }
 }
 
-/// A number of four digits.
-pub(super) fn digits(value: f64) -> String {
-    if value == 0.0 {
-        return "0".into();
-    }
-    let decimals = (3 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
-    format!("{value:.decimals$}")
-}
+/// Significant digits of a parameter on the console and on the page.
+pub(super) const N_DIGITS: i32 = 4;
 
 /// Identifiability of a parameter, in words.
 pub(super) fn identifiability(identifiability: &Identifiability) -> String {
@@ -186,9 +180,9 @@ pub(super) fn identifiability(identifiability: &Identifiability) -> String {
         Identifiability::Fitted => "fitted".into(),
         Identifiability::AtBound => "at a bound".into(),
         Identifiability::Vague => "vague, but the scene's value fits worse".into(),
-        Identifiability::Undetermined(with) if with.is_empty() => "not determined by the data, held".into(),
+        Identifiability::Undetermined(with) if with.is_empty() => "not determined by the data, fixed".into(),
         Identifiability::Undetermined(with) => {
-            format!("determined only together with {}, held", with.join(", "))
+            format!("determined only together with {}, fixed", with.join(", "))
         }
     }
 }

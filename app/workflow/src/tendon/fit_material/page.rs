@@ -1,12 +1,13 @@
 //! The page of `fit-material`: parameters, errors, and the tip before and after over the measured one.
 
+use hysteron_base::number::significant;
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::lines::{Curve, TimeChart, TimePanel};
 use hysteron_report::page::Page;
 use hysteron_report::series::{MEASURED, TWIN, UNCORRECTED};
 use hysteron_twin::fit::{IdentifiedParameter, ParameterScale, Selected};
 
-use super::outcome::{FittedParameter, FittedTipErrors, Outcome, digits, identifiability};
+use super::outcome::{FittedParameter, FittedTipErrors, N_DIGITS, Outcome, identifiability};
 use super::verdict::FinishedFit;
 use crate::shared::recording_checks;
 
@@ -56,7 +57,7 @@ pub(super) fn write(folder: &ReportFolder, outcome: &Outcome, finished: &Finishe
 fn rows(finished: &FinishedFit) -> Vec<Vec<String>> {
     let row = |(selected, estimate): (&Selected, &IdentifiedParameter)| {
         let (factor, unit) = (selected.quantity.key.1, selected.quantity.unit());
-        let own = |value: f64| digits(factor * value);
+        let own = |value: f64| significant(factor * value, N_DIGITS);
         let bounds = selected.parameter.bounds;
         vec![
             format!("{} [{}]", estimate.name, if unit.is_empty() { "-" } else { unit }),
@@ -67,7 +68,9 @@ fn rows(finished: &FinishedFit) -> Vec<Vec<String>> {
             match (selected.parameter.prior, selected.parameter.scale) {
                 (None, _) => "-".into(),
                 (Some(prior), ParameterScale::Linear) => format!("± {}", own(prior.width)),
-                (Some(prior), ParameterScale::Logarithmic) => format!("a factor of {}", digits(prior.width)),
+                (Some(prior), ParameterScale::Logarithmic) => {
+                    format!("a factor of {}", significant(prior.width, N_DIGITS))
+                }
             },
             identifiability(&estimate.identifiability),
         ]

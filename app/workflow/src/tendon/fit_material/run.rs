@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use anyhow::Context as _;
 use hysteron_base::checks::Purpose;
+use hysteron_base::number::significant;
 use hysteron_base::{BadInput, Recording, Scene};
 use hysteron_report::folder::ReportFolder;
 use hysteron_twin::fit::{
@@ -13,7 +14,7 @@ use hysteron_twin::fit::{
 use hysteron_twin::{RobotMotion, Twin};
 
 use super::options::Options;
-use super::outcome::{Outcome, digits, identifiability};
+use super::outcome::{N_DIGITS, Outcome, identifiability};
 use super::verdict::FinishedFit;
 use super::{page, quantities, scene_file};
 use crate::shared::error::Cancelled;
@@ -181,9 +182,9 @@ fn print(finished: &FinishedFit, outcome: &Outcome, context: &Context) {
         context.print(format_args!(
             "{:<26}{:>12}{:>12}{:>12}   {}",
             if unit.is_empty() { estimate.name.clone() } else { format!("{} [{unit}]", estimate.name) },
-            digits(factor * estimate.start),
-            digits(factor * estimate.value),
-            estimate.standard_error.map_or("-".into(), |error| digits(factor * error)),
+            significant(factor * estimate.start, N_DIGITS),
+            significant(factor * estimate.value, N_DIGITS),
+            estimate.standard_error.map_or("-".into(), |error| significant(factor * error, N_DIGITS)),
             identifiability(&estimate.identifiability),
         ));
     }

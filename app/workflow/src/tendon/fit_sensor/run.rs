@@ -30,19 +30,20 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     options.check()?;
     let stall_torque = options.servos.as_deref().map(load_scale).transpose()?.unwrap_or(options.stall_torque);
     let scene = options.body.scene(&options.scene)?;
-    let twin = Twin::from_scene(&scene)?;
-    let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
     let files = inputs::read(&options.recordings)?;
     let outputs =
         Outputs::reading(files.iter().map(|input| &input.path)).and(&options.residual).and(&options.servos);
     let _lock = outputs.scene(&options.scene, &scene).file("--out", &options.out).check(context)?;
+    let twin = Twin::from_scene(&scene)?;
     let findings = recording_checks::of_inputs(&files, &recording_checks::context_of(&twin, Purpose::Fit))?;
-    locking::warn_before_fit(&scene)?;
     let recordings = files
         .iter()
         .map(|input| SensingInput::new(&twin, &input.recording, &input.path.display().to_string()))
         .collect::<anyhow::Result<Vec<_>>>()?;
     let period = common_period(&recordings)?;
+    // From here on the stiffness is factorised.
+    let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
+    locking::warn_before_fit(&scene)?;
     context.listen();
     let bar = context.progress("samples", recordings.iter().map(|input| input.motion.len()).sum(), 0);
     let observe = |input| SensingInput::observe(input, &twin, network.as_ref(), context, bar.as_ref());

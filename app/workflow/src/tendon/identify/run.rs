@@ -42,13 +42,20 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 fn identify_recordings(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let settings = settings(options);
     let scene = options.body.scene(&options.scene)?;
+    let inputs = inputs::read(&options.recordings)?;
     let twin = Twin::from_scene(&scene)?;
+    let findings = recording_checks::of_inputs(&inputs, &recording_checks::context_of(&twin, Purpose::Fit))?;
+    let mut excluded = Vec::new();
+    let recorded = motions(options, &twin, inputs, &mut excluded)?;
+    // From here on the stiffness is factorised.
     let auxiliary = AuxiliaryLimits::new(&twin)?;
     let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
-    let inputs = inputs::read(&options.recordings)?;
-    let findings = recording_checks::of_inputs(&inputs, &recording_checks::context_of(&twin, Purpose::Fit))?;
     locking::warn_before_fit(&scene)?;
-    let (jobs, excluded) = jobs(options, &scene, &twin, (network.as_ref(), inputs), context)?;
+    let recorded = registered(options, &twin, recorded, &mut excluded)?;
+    let jobs = recorded
+        .into_iter()
+        .map(|(input, motion)| job(options, &scene, network.as_ref(), input, motion, context))
+        .collect::<anyhow::Result<Vec<_>>>()?;
     let (there, missing): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(is_done);
     let _lock = outputs(options, &scene, [&there, &missing]).check(context)?;
     let n_jobs = there.len() + missing.len();
@@ -132,30 +139,63 @@ fn identify_all<'a>(
     Ok(rows.into_iter().flatten().collect())
 }
 
-/// Jobs to run, and the reasons why other recordings are skipped.
-fn jobs(
+/// Recordings that can be identified, by all that is known without a step of the twin.
+fn motions(
     options: &Options,
-    scene: &Scene,
     twin: &Twin,
-    (network, inputs): (Option<&Network>, Vec<Input>),
-    context: &Context,
-) -> anyhow::Result<(Vec<Job>, Vec<String>)> {
-    let mut excluded = Vec::new();
-    let mut jobs = Vec::new();
+    inputs: Vec<Input>,
+    excluded: &mut Vec<String>,
+) -> anyhow::Result<Vec<(Input, RobotMotion)>> {
+    let mut recorded = Vec::new();
     for input in inputs {
-        match RobotMotion::for_identification(twin, &input.recording, &input.path.display().to_string()) {
-            Ok(motion) => jobs.push(job(options, scene, network, input, motion, context)?),
-            Err(bad) if options.skip_bad => {
-                tracing::warn!("skipped: {bad}");
-                excluded.push(bad.to_string());
-            }
-            Err(bad) => return Err(bad.into()),
+        let motion = RobotMotion::identifiable(twin, &input.recording, &input.path.display().to_string());
+        if let Some(motion) = usable(options, motion, excluded)? {
+            recorded.push((input, motion));
         }
     }
-    if jobs.is_empty() {
-        return Err(BadInput::new("recordings", "at least one that can be used", "none").into());
+    refuse_none(&recorded)?;
+    Ok(recorded)
+}
+
+/// Those of them whose tip rests where the twin's does.
+fn registered(
+    options: &Options,
+    twin: &Twin,
+    recorded: Vec<(Input, RobotMotion)>,
+    excluded: &mut Vec<String>,
+) -> anyhow::Result<Vec<(Input, RobotMotion)>> {
+    let mut registered = Vec::new();
+    for (input, motion) in recorded {
+        if usable(options, motion.check_registration(twin), excluded)?.is_some() {
+            registered.push((input, motion));
+        }
     }
-    Ok((jobs, excluded))
+    refuse_none(&registered)?;
+    Ok(registered)
+}
+
+/// A value; `None` for a recording that is skipped, whose reason joins `excluded`.
+fn usable<T>(
+    options: &Options,
+    value: hysteron_twin::Result<T>,
+    excluded: &mut Vec<String>,
+) -> anyhow::Result<Option<T>> {
+    match value {
+        Ok(value) => Ok(Some(value)),
+        Err(bad) if options.skip_bad => {
+            tracing::warn!("skipped: {bad}");
+            excluded.push(bad.to_string());
+            Ok(None)
+        }
+        Err(bad) => Err(bad.into()),
+    }
+}
+
+fn refuse_none(recorded: &[(Input, RobotMotion)]) -> Result<(), BadInput> {
+    match recorded {
+        [] => Err(BadInput::new("recordings", "at least one that can be used", "none")),
+        _ => Ok(()),
+    }
 }
 
 fn settings(options: &Options) -> IdentifyOptions {

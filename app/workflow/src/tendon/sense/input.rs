@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 use std::time::Instant;
 
 use hysteron_actuator::{TICKS_PER_TURN, stroke_per_tick};
+use hysteron_base::statistics::nearest_quantile;
 use hysteron_base::{BadInput, Recording};
 use hysteron_twin::sense::{RecordingObservations, SenseSample, SensingTruth, TwinObserver};
 use hysteron_twin::{RobotMotion, Twin};
@@ -104,14 +105,12 @@ impl SensingInput {
 
 /// Logs how long samples took [ms], compared with their period [s].
 pub fn log_times(name: &str, times: &mut [f64], period: f64) {
-    times.sort_by(f64::total_cmp);
-    let percentile =
-        |part: f64| times.get(((times.len().max(1) - 1) as f64 * part) as usize).copied().unwrap_or(0.0);
+    let [median, most, longest] = [0.5, 0.99, 1.0].map(|part| nearest_quantile(times, part).unwrap_or(0.0));
     tracing::info!(
         "{name}: a sample takes {:.2} ms in the median, {:.2} ms in 99 of 100 and {:.2} ms at most; there are {:.1} ms",
-        percentile(0.5),
-        percentile(0.99),
-        percentile(1.0),
+        median,
+        most,
+        longest,
         1e3 * period
     );
 }

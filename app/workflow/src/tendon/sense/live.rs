@@ -152,12 +152,12 @@ impl LiveSensing {
         let plant = network::plant(self.network.as_deref(), twin, period)?;
         let mut observer = TwinObserver::new(twin, plant, strokes, period)?;
         let mut sensing = TendonSensing::new(&self.sensor, twin.n_primary)?;
-        let mut held = Held::default();
+        let mut last = LastValues::default();
         let mut times = Vec::new();
         answers.send(SensorMessage::Ready)?;
         for Row { time, values } in rows {
             let start = Instant::now();
-            let (sensed, _) = sensing.sense(&mut observer, &layout.sample(&values, &mut held))?;
+            let (sensed, _) = sensing.sense(&mut observer, &layout.sample(&values, &mut last))?;
             times.push(1e3 * start.elapsed().as_secs_f64());
             if answers.send(SensorMessage::Estimate(TimedEstimate { time, sensed })).is_err() {
                 break;
@@ -201,7 +201,7 @@ struct Layout {
 
 /// Values of the last row, kept where a servo did not answer.
 #[derive(Default)]
-struct Held {
+struct LastValues {
     strokes: Vec<f64>,
     angles: Vec<f64>,
     loads: Vec<f64>,
@@ -233,30 +233,30 @@ impl Layout {
         })
     }
 
-    fn sample<'a>(&self, row: &[f64], held: &'a mut Held) -> SenseSample<'a> {
+    fn sample<'a>(&self, row: &[f64], last: &'a mut LastValues) -> SenseSample<'a> {
         let n = self.strokes.len();
-        for values in [&mut held.strokes, &mut held.angles, &mut held.loads] {
+        for values in [&mut last.strokes, &mut last.angles, &mut last.loads] {
             values.resize(n, 0.0);
         }
         let mut is_whole = true;
-        let mut take = |kept: &mut f64, value: f64| {
+        let mut take = |last_value: &mut f64, value: f64| {
             is_whole &= value.is_finite();
             if value.is_finite() {
-                *kept = value;
+                *last_value = value;
             }
         };
         for k in 0..n {
-            take(&mut held.strokes[k], row[self.strokes[k]]);
-            take(&mut held.angles[k], row[self.present[k]] * self.angle_per_tick[k]);
+            take(&mut last.strokes[k], row[self.strokes[k]]);
+            take(&mut last.angles[k], row[self.present[k]] * self.angle_per_tick[k]);
             let sign = self.angle_per_tick[k].signum();
-            take(&mut held.loads[k], row[self.loads[k]] * sign);
+            take(&mut last.loads[k], row[self.loads[k]] * sign);
         }
         let tip = self.tip.map(|i| row[i]);
         is_whole &= tip.iter().all(|value| value.is_finite());
         SenseSample {
-            strokes: &held.strokes,
-            angles: Some(&held.angles),
-            loads: Some(&held.loads),
+            strokes: &last.strokes,
+            angles: Some(&last.angles),
+            loads: Some(&last.loads),
             tip: is_whole.then_some(tip),
         }
     }

@@ -30,11 +30,6 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 fn sense(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     paths::check_recording(&options.out)?;
     let scene = options.body.scene(&options.scene)?;
-    let twin = Twin::from_scene(&scene)?;
-    let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
-    let robot =
-        SensedRobot { scene: &scene.hash, network: network.as_ref().map(|network| network.hash.as_str()) };
-    let sensor = file::read(&options.sensor, &robot)?;
     let files = inputs::read(std::slice::from_ref(&options.recording))?;
     let [read] = &files[..] else {
         return Err(BadInput::new("REC", "one recording", files.len().to_string()).into());
@@ -43,8 +38,14 @@ fn sense(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         Outputs::reading([&read.path, &options.sensor]).and(&options.residual).scene(&options.scene, &scene);
     let outputs = outputs.file("--out", &options.out).report("--figures", options.figures.as_deref());
     let _lock = outputs.check(context)?;
+    let twin = Twin::from_scene(&scene)?;
     let findings = recording_checks::of_inputs(&files, &recording_checks::context_of(&twin, Purpose::Score))?;
     let input = SensingInput::new(&twin, &read.recording, &read.path.display().to_string())?;
+    // From here on the stiffness is factorised.
+    let network = options.residual.as_ref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
+    let robot =
+        SensedRobot { scene: &scene.hash, network: network.as_ref().map(|network| network.hash.as_str()) };
+    let sensor = file::read(&options.sensor, &robot)?;
     check_period(&input, &sensor)?;
     context.listen();
     let bar = context.progress("samples", input.motion.len(), 0);

@@ -51,7 +51,7 @@ fn conclusion(reach: Option<&Reach>) -> String {
             reach.goals,
             1e3 * reach.tolerance_m
         ),
-        None => "A path for the tip; no robot was asked whether it reaches it.".to_owned(),
+        None => "A path for the tip; whether a robot reaches it was not checked.".to_owned(),
     }
 }
 

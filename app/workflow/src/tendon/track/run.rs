@@ -28,7 +28,7 @@ fn follow(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let n_tendons = rig.rig().tendons.len();
     let baseline = options.baseline.as_deref().map(|path| Baseline::read(path, n_tendons)).transpose()?;
     let limits = &rig.rig().limits;
-    let given = LimitOverrides {
+    let overrides = LimitOverrides {
         stroke: [Some(limits.stroke_min), Some(limits.stroke_max)],
         rate: Some(limits.stroke_rate_max),
     };
@@ -38,7 +38,7 @@ fn follow(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         options.way.reads()?.and(Some(&options.rig)).and(&options.calibration).and(&options.baseline);
     let outputs = outputs.report("--out", Some(&options.out));
     let _lock = outputs.file("--out", &strokes).check(context)?;
-    let commanded = options.way.strokes(&given, context)?;
+    let commanded = options.way.strokes(&overrides, context)?;
     // All are scored together: of every row time, pose and gap, and of every servo stroke, goal, angle and load.
     memory::check_result(&options.out, commanded.n_samples() * options.repeats, 9 + 4 * n_tendons)?;
     write_strokes(&commanded, &strokes, (0..options.repeats).map(repeat))?;

@@ -310,7 +310,7 @@ impl Parser<'_> {
         Ok(items)
     }
 
-    /// A property, a constant, or a function with what it is given.
+    /// A property, a constant, or a function with its arguments.
     fn named(&mut self, name: &str) -> Evaluated<Value> {
         let mut name = name.to_owned();
         if let Some(found) = self.constant(&name)? {
@@ -323,15 +323,15 @@ impl Parser<'_> {
             }
         }
         if self.takes("(") {
-            let given = self.items(")", Vec::new())?;
+            let arguments = self.items(")", Vec::new())?;
             if self.is_skipping > 0 {
                 return Ok(Value::Int(0));
             }
-            self.names.spend(given.iter().map(Value::size).sum())?;
+            self.names.spend(arguments.iter().map(Value::size).sum())?;
             let bare = ["math.", "python.", "xacro."].iter().find_map(|space| name.strip_prefix(space));
-            return match (&*name, &given[..]) {
+            return match (&*name, &arguments[..]) {
                 ("xacro.arg", [Value::Text(argument)]) => self.names.argument(argument),
-                _ => call(bare.unwrap_or(&name), &given),
+                _ => call(bare.unwrap_or(&name), &arguments),
             };
         }
         match math_constant(name.strip_prefix("math.").unwrap_or(&name)) {

@@ -306,14 +306,15 @@ impl Expander<'_> {
         Ok(())
     }
 
-    /// A macro with what it is given.
+    /// A macro with its arguments.
     fn call(&mut self, element: &Element, name: &str, made: &mut Vec<Element>) -> Check<()> {
         let Some(called) = self.scopes.find_macro(name) else {
             return Err(element.error("a macro that is defined before", format!("<xacro:{name}>")));
         };
-        let given = element.attributes().map(|(name, text)| (name.clone(), text.clone())).collect::<Vec<_>>();
+        let attributes =
+            element.attributes().map(|(name, text)| (name.clone(), text.clone())).collect::<Vec<_>>();
         let mut values: Vec<(String, Property)> = Vec::new();
-        for (parameter, text) in given {
+        for (parameter, text) in attributes {
             if !called.parameters.iter().any(|known| *known.name == *parameter) {
                 let known: Vec<&str> = called.parameters.iter().map(|known| &*known.name).collect();
                 let expected = format!("parameters of the macro: {}", known.join(", "));

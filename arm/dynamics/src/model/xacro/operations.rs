@@ -96,14 +96,14 @@ fn float(operator: &str, x: f64, y: f64) -> Option<Value> {
 ///
 /// # Errors
 /// The call, where the function is not known or has no value there.
-pub(super) fn call(name: &str, given: &[Value]) -> Evaluated<Value> {
+pub(super) fn call(name: &str, arguments: &[Value]) -> Evaluated<Value> {
     let bad = || {
-        let given: Vec<String> = given.iter().map(Value::to_string).collect();
-        format!("{name}({})", given.join(", "))
+        let arguments: Vec<String> = arguments.iter().map(Value::to_string).collect();
+        format!("{name}({})", arguments.join(", "))
     };
     let whole = |x: f64| if x.abs() < 9e15 { Ok(Value::Int(x as i64)) } else { Err(bad()) };
     let number = |x: f64| if x.is_nan() { Err(bad()) } else { Ok(Value::Float(x)) };
-    match (name, given) {
+    match (name, arguments) {
         ("len", [Value::List(items)]) => return Ok(Value::Int(i64::try_from(items.len()).unwrap_or(0))),
         ("len", [Value::Text(text)]) => {
             return Ok(Value::Int(i64::try_from(text.chars().count()).unwrap_or(0)));
@@ -126,7 +126,7 @@ pub(super) fn call(name: &str, given: &[Value]) -> Evaluated<Value> {
         ("sum", items) => return items.iter().try_fold(Value::Int(0), |sum, item| combine("+", &sum, item)),
         _ => {}
     }
-    let numbers: Option<Vec<f64>> = given.iter().map(Value::number).collect();
+    let numbers: Option<Vec<f64>> = arguments.iter().map(Value::number).collect();
     match (name, &numbers.ok_or_else(bad)?[..]) {
         ("int" | "trunc", [x]) => whole(x.trunc()),
         ("floor", [x]) => whole(x.floor()),

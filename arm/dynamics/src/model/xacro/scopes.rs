@@ -57,7 +57,7 @@ struct Scope {
 pub(super) struct Scopes<'a> {
     scopes: Vec<Scope>,
     arguments: BTreeMap<String, String>,
-    given: &'a Arguments,
+    command_line: &'a Arguments,
     /// Bytes that may still be evaluated.
     fuel: usize,
     chain: Vec<String>,
@@ -66,9 +66,16 @@ pub(super) struct Scopes<'a> {
 }
 
 impl<'a> Scopes<'a> {
-    pub fn new(given: &'a Arguments, fuel: usize) -> Self {
-        let arguments = given.clone();
-        Self { scopes: vec![Scope::default()], arguments, given, fuel, chain: Vec::new(), folder: None }
+    pub fn new(command_line: &'a Arguments, fuel: usize) -> Self {
+        let arguments = command_line.clone();
+        Self {
+            scopes: vec![Scope::default()],
+            arguments,
+            command_line,
+            fuel,
+            chain: Vec::new(),
+            folder: None,
+        }
     }
 
     pub fn open(&mut self) {
@@ -116,14 +123,14 @@ impl<'a> Scopes<'a> {
         self.scopes.iter().rev().find_map(|scope| scope.macros.get(name).cloned())
     }
 
-    /// Declares an argument; what was given on the command line, and what was declared first, stays.
+    /// Declares an argument; a value from the command line, or from an earlier declaration, stays.
     pub fn declare(&mut self, name: &str, default: String) {
         self.arguments.entry(name.to_owned()).or_insert(default);
     }
 
     /// The first argument that was given although no file declares it.
     pub fn undeclared(&self, declared: &std::collections::BTreeSet<String>) -> Option<&'a str> {
-        self.given.keys().find(|name| !declared.contains(*name)).map(String::as_str)
+        self.command_line.keys().find(|name| !declared.contains(*name)).map(String::as_str)
     }
 
     pub fn spend(&mut self, bytes: usize) -> Result<(), String> {

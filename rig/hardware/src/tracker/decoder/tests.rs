@@ -38,9 +38,9 @@ fn cuts_anywhere_change_nothing() {
         assert_eq!(whole.iter().filter_map(x_of).collect::<Vec<_>>().len(), 10);
         for size in 1..150 {
             let mut decoder = MessageDecoder::new();
-            let pieces: Vec<DecodedMessage> =
+            let decoded: Vec<DecodedMessage> =
                 bytes.chunks(size).flat_map(|c| decode(&mut decoder, c)).collect();
-            assert_eq!(pieces, whole);
+            assert_eq!(decoded, whole);
             assert_eq!(decoder.n_buffered(), 0);
         }
     }

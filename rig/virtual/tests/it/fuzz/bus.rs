@@ -218,9 +218,9 @@ proptest! {
     #![proptest_config(cases(100))]
 
     #[test]
-    fn no_answer_stops_the_driver(pieces in prop::collection::vec(prop_oneof![2 => damage(), 1 => (1_u8..5).prop_map(answer)], 0..8)) {
+    fn no_answer_stops_the_driver(chunks in prop::collection::vec(prop_oneof![2 => damage(), 1 => (1_u8..5).prop_map(answer)], 0..8)) {
         let mut stage = Stage::new();
-        stage.play(&pieces.concat());
+        stage.play(&chunks.concat());
         assert_memory_is_bounded();
     }
 

@@ -39,9 +39,9 @@ fn body() -> impl Strategy<Value = Vec<u8>> {
         Just(vec![0; 28]),
         prop::collection::vec(any::<u8>(), 0..40),
     ];
-    let pieces = prop::collection::vec(word, 0..20).prop_map(|pieces| pieces.concat());
+    let chunks = prop::collection::vec(word, 0..20).prop_map(|chunks| chunks.concat());
     // Most types have a size of their own.
-    (pieces, prop::option::of(prop::sample::select(vec![12_usize, 24, 28, 48, 50, 60, 70, 100, 140])))
+    (chunks, prop::option::of(prop::sample::select(vec![12_usize, 24, 28, 48, 50, 60, 70, 100, 140])))
         .prop_map(|(mut body, size)| {
             if let Some(size) = size {
                 body.resize(size, 0);
@@ -118,8 +118,8 @@ fn assert_sound(pose: &ToolPose) {
 /// Decodes all; what is a pose is one. Returns the number of messages.
 fn decode(bytes: &[u8]) -> usize {
     let (mut decoder, mut n) = (MessageDecoder::new(), 0);
-    for piece in bytes.chunks(777) {
-        decoder.decode(piece, |decoded| {
+    for chunk in bytes.chunks(777) {
+        decoder.decode(chunk, |decoded| {
             if let DecodedMessage::Message(message) = decoded {
                 n += 1;
                 assert!(message.time.is_none_or(f64::is_finite));

@@ -43,7 +43,8 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let findings = recording_checks::of_files(&options.recordings, &CheckContext::new(Purpose::Fit))?;
     let samples = read(&options.recordings, options.cutoff)?;
     let n = samples.trajectories.len();
-    let pick = |held: bool| (0..n).filter(move |t| (t % VALIDATION == VALIDATION / 2) == held);
+    let pick =
+        |is_validation: bool| (0..n).filter(move |t| (t % VALIDATION == VALIDATION / 2) == is_validation);
     let (training, validation) = (samples.select(pick(false)), samples.select(pick(true)));
     let inputs = InputForm::of(options.products as usize);
     let shape = NetworkShape {

@@ -19,7 +19,7 @@ pub(super) fn features_of(named: &[Named]) -> anyhow::Result<FeatureLayout> {
     let gripper = gripper_of(&owned)?;
     if gripper.is_some() && m < 2 {
         return Err(
-            BadInput::new("recordings", "joints besides the gripper's motor", "that motor alone").into()
+            BadInput::new("recordings", "joints other than the gripper's motor", "that motor alone").into()
         );
     }
     Ok(FeatureLayout { joints: m - usize::from(gripper.is_some()), gripper })

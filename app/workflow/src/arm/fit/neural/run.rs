@@ -32,7 +32,7 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let outputs = arm::reads(&options.model).and(&files).and(drive_file).learned("--out", &options.out);
     let _lock = outputs.check(context)?;
     let model = options.robot_options.model(&options.model, context)?;
-    let asked = options.actuator(options.drive.as_deref().map(arm::drive).transpose()?)?;
+    let actuator_options = options.actuator(options.drive.as_deref().map(arm::drive).transpose()?)?;
     context.listen();
     let named = read(&files)?;
     let findings = checked(&named, &model, Purpose::Fit)?;
@@ -41,28 +41,28 @@ fn fit(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let [training, validation] =
         [Role::Training, Role::Validation].map(|role| trajectories(&named, role, settings));
     let (training, validation) = (training?, validation?);
-    let n_parameters = asked.shape(&features).n_parameters();
+    let n_parameters = actuator_options.shape(&features).n_parameters();
     print_data(&training, &validation, n_parameters, context);
     let files = ["training", "sensing-training"].map(|ending| options.out.with_extension(ending));
     let unfinished =
-        Unfinished::new(&options.out, files[..1 + usize::from(asked.sensing.is_some())].to_vec());
+        Unfinished::new(&options.out, files[..1 + usize::from(actuator_options.sensing.is_some())].to_vec());
     let start = Instant::now();
-    let mut bars = Bars { context, options: &asked, bars: [None, None] };
+    let mut bars = Bars { context, options: &actuator_options, bars: [None, None] };
     let mut session = ActuatorSession {
         recordings: &names(&named),
         files: [&files[0], &files[1]],
         progress: &mut |stage, p| bars.show(stage, p),
     };
-    let found = fit_actuator(&model, &features, [&training, &validation], &asked, &mut session)?;
+    let found = fit_actuator(&model, &features, [&training, &validation], &actuator_options, &mut session)?;
     bars.finish();
     // Without the second network it would pass for another actuator.
-    if found.actuator.sensing.is_some() != asked.sensing.is_some() {
+    if found.actuator.sensing.is_some() != actuator_options.sensing.is_some() {
         return Err(unfinished.nothing_written());
     }
     let rate = found.steps as f64 / start.elapsed().as_secs_f64();
     let details = ActuatorDetails {
-        options: Some(asked.training),
-        sensing_options: asked.sensing,
+        options: Some(actuator_options.training),
+        sensing_options: actuator_options.sensing,
         validation_deg: Some(found.validation),
         epochs: Some(found.epochs),
         recordings: names(&named),

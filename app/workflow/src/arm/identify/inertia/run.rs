@@ -35,19 +35,19 @@ fn identify(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     options.check()?;
     let findings = recordings::checked(&options.recordings, Some(model))?;
     let recorded = options.motion.read_each(&options.recordings, model)?;
-    let (fitted, mut held) = split(recorded, options.hold_out);
+    let (fitted, mut held_out) = split(recorded, options.hold_out);
     if let Some(path) = &options.test {
-        held.push(options.motion.read(path, model)?);
+        held_out.push(options.motion.read(path, model)?);
     }
     let motion = joined(&fitted)?;
-    let test = if held.is_empty() { None } else { Some(joined(&held)?) };
+    let test = if held_out.is_empty() { None } else { Some(joined(&held_out)?) };
     let body_options = BodyOptions { terms: &TERMS, width: options.motion.width, prior: options.prior };
     let fit = identify_bodies(model, &motion, &body_options)?;
     let rows: Vec<Row> = fit.estimates.iter().map(Row::of_term).collect();
     let tested = test.as_ref().map(|test| fit.rms_on(test));
     print_rows(&rows, context);
     print_errors(&fit, tested.as_deref(), context);
-    let responds = if options.response { Some(responds(&fit, [&fitted, &held], context)?) } else { None };
+    let responds = if options.response { Some(responds(&fit, [&fitted, &held_out], context)?) } else { None };
     let outcome = Outcome {
         format: IdentificationFormat::Metrics,
         version: 1,
@@ -134,29 +134,29 @@ fn verdict(fit: &BodyFit, motion: &JointMotion, test: Option<(&JointMotion, &[f6
 fn split(motions: Vec<JointMotion>, hold_out: f64) -> (Vec<JointMotion>, Vec<JointMotion>) {
     let all: usize = motions.iter().map(JointMotion::n_samples).sum();
     let mut left = (all as f64 * (1.0 - hold_out)) as usize;
-    let [mut fitted, mut held] = [Vec::new(), Vec::new()];
+    let [mut fitted, mut held_out] = [Vec::new(), Vec::new()];
     for motion in motions {
         let (n, cut) = (motion.n_samples(), left.min(motion.n_samples()));
         left -= cut;
-        for (parts, range) in [(&mut fitted, 0..cut), (&mut held, cut..n)] {
+        for (parts, range) in [(&mut fitted, 0..cut), (&mut held_out, cut..n)] {
             if !range.is_empty() {
                 parts.push(motion.part(range));
             }
         }
     }
-    (fitted, held)
+    (fitted, held_out)
 }
 
 /// The response of measured torques, and what is left with it.
 fn responds(
     fit: &BodyFit,
-    [fitted, held]: [&Vec<JointMotion>; 2],
+    [fitted, held_out]: [&Vec<JointMotion>; 2],
     context: &Context,
 ) -> anyhow::Result<ResponseEstimate> {
-    let [fitted, held]: [Vec<&JointMotion>; 2] = [fitted.iter().collect(), held.iter().collect()];
+    let [fitted, held_out]: [Vec<&JointMotion>; 2] = [fitted.iter().collect(), held_out.iter().collect()];
     let response = TorqueResponse::identify(fit, &fitted)?;
     let left = response.rms_on(fit, &fitted);
-    let tested = if held.is_empty() { None } else { Some(response.rms_on(fit, &held)) };
+    let tested = if held_out.is_empty() { None } else { Some(response.rms_on(fit, &held_out)) };
     let lead_ms: Vec<f64> = response.lead.iter().map(|lead| 1e3 * lead).collect();
     context.print(format_args!("measured torques lead by joint [ms]: {lead_ms:.2?}"));
     context.print(format_args!("error with this response [N m]: {left:.4?}"));

@@ -1,16 +1,23 @@
-//! From a recording to the target of every tendon in every sample.
+//! From a recording to the target of every tendon in every sample, and a twin that follows these targets.
 //!
 //! The drive of a primary tendon decides which channel it follows: `stroke_k_m`, or `tension_k_n`. Auxiliary tendons
 //! follow `aux_kk_m` where the recording has them, and otherwise rest: at the allowed value nearest to zero.
 //! Everything is checked here, before the first step.
 
+mod goals;
+mod rollout;
+
 use std::path::Path;
 
+use hysteron_base::number::shown;
 use hysteron_base::{BadInput, PrescribedQuantity, Recording};
-use hysteron_twin::coreact::AuxiliaryLimits;
-use hysteron_twin::{Target, Twin, TwinState, TwinTendon};
 
-use super::goals::Goals;
+use crate::coreact::AuxiliaryLimits;
+use crate::model::{Target, Twin, TwinTendon};
+use crate::{Error, TwinState};
+
+pub use goals::Goals;
+pub use rollout::{CommandRollout, CommandStep};
 
 /// Prescribed course of one tendon.
 #[derive(Debug, Clone)]
@@ -132,18 +139,12 @@ impl<'a> Command<'a> {
         }
     }
 
-    /// The error of a stroke that is not held because the tendon has reached its largest tension.
-    pub fn overloaded(&self, twin: &Twin, state: &TwinState) -> Option<anyhow::Error> {
+    /// The error of a stroke that is not met because the tendon has reached its largest tension.
+    fn overloaded(&self, twin: &Twin, state: &TwinState) -> Option<Error> {
         (0..twin.n_primary).find_map(|j| {
             let TwinTendon { name, tension, .. } = &twin.tendons[j];
-            let is_held = self.strokes_of(j).is_none() || state.tensions[j] < tension.max;
-            (!is_held).then(|| {
-                anyhow::anyhow!(
-                    "tendon {name} needs more than its largest tension, {} N \
-                     (hint: reduce the stroke, or raise tension_max_n)",
-                    tension.max
-                )
-            })
+            let is_met = self.strokes_of(j).is_none() || state.tensions[j] < tension.max;
+            (!is_met).then(|| Error::Overloaded { tendon: name.clone(), largest: tension.max })
         })
     }
 
@@ -169,11 +170,7 @@ impl<'a> Command<'a> {
             if let Some(row) = strokes.iter().position(|stroke| *stroke >= length) {
                 let name = &twin.tendons[j].name;
                 return Err(BadInput::new(
-                    format!(
-                        "row {} (t = {} s): stroke of tendon {name}",
-                        row + 1,
-                        hysteron_base::number::shown(self.time[row])
-                    ),
+                    format!("row {} (t = {} s): stroke of tendon {name}", row + 1, shown(self.time[row])),
                     format!("less than the tendon's length, {:.3} mm", 1e3 * length),
                     format!("{:.3} mm", 1e3 * strokes[row]),
                 )
@@ -185,11 +182,7 @@ impl<'a> Command<'a> {
             for (row, stroke) in strokes.iter().enumerate() {
                 twin.tendons[j].check_stroke(*stroke, || {
                     let name = &twin.tendons[j].name;
-                    format!(
-                        "row {} (t = {} s): stroke of tendon {name}",
-                        row + 1,
-                        hysteron_base::number::shown(self.time[row])
-                    )
+                    format!("row {} (t = {} s): stroke of tendon {name}", row + 1, shown(self.time[row]))
                 })?;
             }
         }
@@ -254,11 +247,7 @@ fn tensions<'a>(recording: &'a Recording, tendon: &TwinTendon, number: usize) ->
     if let Some(row) = values.iter().position(|value| !tendon.tension.contains(*value)) {
         let bounds = tendon.tension;
         return Err(BadInput::new(
-            format!(
-                "row {} (t = {} s): {name}",
-                row + 1,
-                hysteron_base::number::shown(recording.time()[row])
-            ),
+            format!("row {} (t = {} s): {name}", row + 1, shown(recording.time()[row])),
             format!("within the tendon's bounds, {} to {} N", bounds.min, bounds.max),
             format!("{} N", values[row]),
         )

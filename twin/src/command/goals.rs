@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use hysteron_base::{BadInput, Recording};
-use hysteron_twin::TipGoal;
+
+use crate::inverse::TipGoal;
 
 /// Weight of the tensions against the tip error [-], see [`TipGoal::regularisation`]: enough to choose among
 /// strokes that reach the goal alike, too little to hold the tip back.
