@@ -16,6 +16,10 @@ fn main() -> Result<()> {
     save(&folder.join("tpu80/tpu80-quadratic.msh"), &coarse.to_quadratic(), MshEncoding::Ascii)?;
     save(&folder.join("tpu80/tpu80-fine.msh"), &rounded(tpu80(24, 12, 6, 36).mesh()?), MshEncoding::Ascii)?;
 
+    let anchored = Tube { layers: Layers::Graded { height: 5.0 * MM, end: 0.7 * MM }, ..tpu80(12, 8, 6, 0) };
+    let anchored = rounded(anchored.with_circle_areas().mesh()?).to_quadratic();
+    save(&folder.join("tpu80/tpu80-anchored.msh"), &anchored, MshEncoding::Ascii)?;
+
     save(&folder.join("tentacle/tentacle.msh"), &rounded(tentacle(16, 90).mesh()?), MshEncoding::Ascii)?;
     let coarse = rounded(tentacle(12, 60).mesh()?);
     save(&folder.join("tentacle/tentacle-quadratic.msh"), &coarse.to_quadratic(), MshEncoding::Ascii)?;

@@ -74,8 +74,9 @@ impl Stepper {
         check_targets(twin, targets)?;
         let mut commands = self.held_strokes(twin, targets);
         let mut step = self.step(twin, &commands)?;
-        let response =
-            self.response(twin, WantedResponse { tip: TipMotion::Displacement, pairs: CablePairs::All }).ok_or_else(|| singular(step.relative_residual))?;
+        let response = self
+            .response(twin, WantedResponse { tip: TipMotion::Displacement, pairs: CablePairs::All })
+            .ok_or_else(|| singular(step.relative_residual))?;
         let mut problem = EffectorQp::new(twin, response);
         let mut error = distance(goal, twin, self.state());
         let (mut rounds, mut slow_rounds) = (0, 0);

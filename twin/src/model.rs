@@ -3,7 +3,9 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use hysteron_base::{BadInput, Bounds, Insert, PrescribedQuantity, Region, Scene, Tendon, TipDefinition};
+use hysteron_base::{
+    BadInput, Bounds, Insert, PrescribedQuantity, Region, Scene, Tendon, TipDefinition, parallel,
+};
 use hysteron_fem::{Embedding, FemModel, Mesh, MeshQuality};
 use nalgebra::{Matrix3, Vector3};
 
@@ -190,6 +192,11 @@ impl Twin {
         Self { chain: Some(Arc::new(chain)), ..self }
     }
 
+    /// The same robot, moved by its finite elements.
+    pub fn without_chain(self) -> Self {
+        Self { chain: None, ..self }
+    }
+
     /// Builds the twin of `scene` on a mesh already read, of finite elements.
     ///
     /// # Errors
@@ -202,29 +209,13 @@ impl Twin {
         body.check_clamp()?;
         let mut tendons = scene.tendons.clone();
         tendons.extend(scene.auxiliary.iter().flat_map(auxiliary_tendons));
-        let mut cables = Vec::new();
-        for tendon in &tendons {
-            let mut points = Vec::new();
-            for (k, point) in tendon.points.iter().enumerate() {
-                let place = format!("tendon.{}.points_mm[{k}]", tendon.name);
-                points.push(if tendon.fixed.contains(&k) {
-                    CablePoint::Fixed(*point)
-                } else {
-                    carried_tendon_point(&body, tendon, k, &place)?
-                });
-            }
-            if !points.iter().filter_map(CablePoint::carriers).any(|at| moves(&body, at)) {
-                let place = format!("tendon.{}.points_mm", tendon.name);
-                let found = "clamped or fixed ones alone";
-                return Err(BadInput::new(place, "a point beyond the clamp", found).into());
-            }
-            cables.push(points);
-        }
+        let cables = parallel::try_map(&tendons, |tendon| attached(&body, tendon))?;
         let distance = |point: &CablePoint| point.carriers().map_or(0.0, |at| at.distance);
         let farthest = |points: &Vec<CablePoint>| points.iter().map(distance).fold(0.0, f64::max);
         let outside: Vec<f64> = cables.iter().map(farthest).collect();
         let friction = scene.friction.iter().flat_map(|friction| friction_points(&scene.tendons, friction));
         let friction: Vec<FrictionPoint> = friction.collect();
+        let mut cables = cables;
         cables.extend(
             friction.iter().map(|point| cables[point.tendon][point.first..].to_vec()).collect::<Vec<_>>(),
         );
@@ -254,7 +245,8 @@ impl Twin {
                 }
             }
         }
-        let specs = tendons.into_iter().zip(outside).map(|(tendon, outside)| TwinTendon::new(tendon, outside));
+        let specs =
+            tendons.into_iter().zip(outside).map(|(tendon, outside)| TwinTendon::new(tendon, outside));
         let mesh_hash = mesh_hash(mesh);
         Ok(Self {
             chain: None,
@@ -436,6 +428,24 @@ pub fn read_body(scene: &Scene) -> Result<(Mesh, MeshQuality)> {
     let mesh = hysteron_fem::read_mesh(&scene.mesh_path, scene.mesh_unit.to_m())?;
     let quality = hysteron_fem::check_mesh(&mesh, &scene.mesh_path.display().to_string())?;
     Ok((mesh, quality))
+}
+
+/// The points of a tendon on the body.
+fn attached(body: &FemModel, tendon: &Tendon) -> Result<Vec<CablePoint>> {
+    let point = |(k, point): (usize, &[f64; 3])| {
+        let place = format!("tendon.{}.points_mm[{k}]", tendon.name);
+        if tendon.fixed.contains(&k) {
+            return Ok(CablePoint::Fixed(*point));
+        }
+        carried_tendon_point(body, tendon, k, &place)
+    };
+    let points: Vec<CablePoint> = tendon.points.iter().enumerate().map(point).collect::<Result<_>>()?;
+    if !points.iter().filter_map(CablePoint::carriers).any(|at| moves(body, at)) {
+        let place = format!("tendon.{}.points_mm", tendon.name);
+        let found = "clamped or fixed ones alone";
+        return Err(BadInput::new(place, "a point beyond the clamp", found).into());
+    }
+    Ok(points)
 }
 
 /// The body with its stiffer parts.

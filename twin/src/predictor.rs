@@ -13,7 +13,7 @@
 //! Schölkopf, Smola (2002), Learning with kernels, sec. 4.3 (kernel ridge regression).
 
 use hysteron_base::lanes::Isa;
-use hysteron_fem::vectors::combine_into;
+use hysteron_fem::vectors::{combine_into, dot};
 
 /// States kept.
 const CAPACITY: usize = 12;
@@ -49,13 +49,16 @@ pub(crate) struct EquilibriumPredictor {
     entries: Vec<PastEquilibrium>,
     n_entries: usize,
     newest: usize,
+    /// How far each of the other states, and then the next one, is from the newest, by cable [m]; scratch.
+    apart: Vec<Vec<f64>>,
 }
 
 impl EquilibriumPredictor {
     /// For `n` free unknowns and `m` cables.
     pub fn new(isa: Isa, n: usize, m: usize) -> Self {
         let blank = PastEquilibrium { strokes: vec![0.0; m], point: vec![0.0; n + m] };
-        Self { isa, n_unknowns: n, entries: vec![blank; CAPACITY], n_entries: 0, newest: 0 }
+        let apart = vec![vec![0.0; m]; CAPACITY];
+        Self { isa, n_unknowns: n, entries: vec![blank; CAPACITY], n_entries: 0, newest: 0, apart }
     }
 
     /// Drops all states.
@@ -73,31 +76,35 @@ impl EquilibriumPredictor {
 
     /// Adds to `change` (zeroed by the caller) the predicted change of the point from the newest state to where the
     /// cables are `prescribed` to be. Leaves zero where there is no history.
-    pub fn predict(&self, prescribed: &[Prescribed], change: &mut [f64]) {
+    pub fn predict(&mut self, prescribed: &[Prescribed], change: &mut [f64]) {
         let n = self.n_entries.saturating_sub(1);
         if n == 0 {
             return;
         }
-        let base = &self.entries[self.newest];
-        let other = |i: usize| &self.entries[(self.newest + CAPACITY - 1 - i) % CAPACITY];
-        // How far a state is from the newest, by cable [m].
-        let apart = |entry: &PastEquilibrium, j: usize| match prescribed[j] {
-            Prescribed::Stroke(_) => entry.strokes[j] - base.strokes[j],
-            Prescribed::Tension(_, scale) => {
-                scale * (entry.point[self.n_unknowns + j] - base.point[self.n_unknowns + j])
+        let (entries, newest, n_unknowns) = (&self.entries, self.newest, self.n_unknowns);
+        let base = &entries[newest];
+        let other = |i: usize| &entries[(newest + CAPACITY - 1 - i) % CAPACITY];
+        for (j, prescribed) in prescribed.iter().enumerate() {
+            match *prescribed {
+                Prescribed::Stroke(stroke) => {
+                    for (i, apart) in self.apart[..n].iter_mut().enumerate() {
+                        apart[j] = other(i).strokes[j] - base.strokes[j];
+                    }
+                    self.apart[n][j] = stroke - base.strokes[j];
+                }
+                Prescribed::Tension(tension, scale) => {
+                    let from = base.point[n_unknowns + j];
+                    for (i, apart) in self.apart[..n].iter_mut().enumerate() {
+                        apart[j] = scale * (other(i).point[n_unknowns + j] - from);
+                    }
+                    self.apart[n][j] = scale * (tension - from);
+                }
             }
-        };
-        let away = |j: usize| match prescribed[j] {
-            Prescribed::Stroke(stroke) => stroke - base.strokes[j],
-            Prescribed::Tension(tension, scale) => scale * (tension - base.point[self.n_unknowns + j]),
-        };
-        let inner = |i: usize, k: usize| -> f64 {
-            (0..prescribed.len()).map(|j| apart(other(i), j) * apart(other(k), j)).sum()
-        };
-        let towards = |i: usize| -> f64 { (0..prescribed.len()).map(|j| apart(other(i), j) * away(j)).sum() };
+        }
+        let m = prescribed.len();
+        let inner = |i: usize, k: usize| dot(self.isa, &self.apart[i][..m], &self.apart[k][..m]);
         let spread = (0..n).map(|i| inner(i, i)).fold(0.0, f64::max);
-        let distance: f64 = (0..prescribed.len()).map(|j| away(j).powi(2)).sum();
-        if spread == 0.0 || distance > REACH * REACH * spread {
+        if spread == 0.0 || inner(n, n) > REACH * REACH * spread {
             return;
         }
         let kernel = |product: f64| {
@@ -111,7 +118,7 @@ impl EquilibriumPredictor {
                 matrix[i][j] = kernel(inner(i, j));
             }
             matrix[i][i] += RIDGE;
-            factors[i] = kernel(towards(i));
+            factors[i] = kernel(inner(i, n));
         }
         if !solve_positive_definite(&mut matrix, &mut factors, n) {
             return;

@@ -38,7 +38,7 @@ pub(crate) enum CablePairs {
     WithStroke,
 }
 
-/// What a response has to have.
+/// Parts of a response that are needed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WantedResponse {
     pub tip: TipMotion,

@@ -10,10 +10,11 @@ fn folder(name: &str) -> PathBuf {
 }
 
 /// Size limits of every committed mesh: nodes, and worst radius ratio.
-const MESHES: [(&str, &str, usize, f64); 6] = [
+const MESHES: [(&str, &str, usize, f64); 7] = [
     ("tpu80", "tpu80.msh", 1000, 0.25),
     ("tpu80", "tpu80-fine.msh", 5000, 0.4),
     ("tpu80", "tpu80-quadratic.msh", 6000, 0.25),
+    ("tpu80", "tpu80-anchored.msh", 11000, 0.19),
     ("tentacle", "tentacle.msh", 4000, 0.6),
     ("tentacle", "tentacle-quadratic.msh", 5000, 0.5),
     ("ftdcr-v4", "ftdcr-v4.msh", 1000, 0.5),
@@ -24,7 +25,7 @@ fn committed_meshes_are_good_and_listed_with_their_hash() {
     for (name, file, most_nodes, worst) in MESHES {
         let path = folder(name).join(file);
         let bytes = std::fs::read(&path).expect("a mesh");
-        assert!(bytes.len() < 600_000, "{file}: {}", bytes.len());
+        assert!(bytes.len() < 800_000, "{file}: {}", bytes.len());
         let hash: String = Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
         let readme = std::fs::read_to_string(folder(name).join("README.md")).expect("a README");
         let row = readme.lines().find(|l| l.starts_with(&format!("| `{file}`"))).expect("a row");

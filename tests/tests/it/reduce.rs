@@ -1,7 +1,10 @@
 //! `hysteron reduce` and `simulate --reduced`: a chain in place of the finite elements.
 
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
 use hysteron_base::{Recording, json};
-use hysteron_tests::{Workplace, names_in};
+use hysteron_tests::{Workplace, emulated, names_in, program};
 
 fn recording(place: &Workplace, name: &str) -> Recording {
     Recording::read(place.path().join(name)).unwrap()
@@ -20,7 +23,7 @@ fn a_chain_follows_the_finite_elements_as_closely_as_its_file_states() {
     let largest = stored["validation"]["tip"]["largest"].as_f64().unwrap();
     assert!(largest > 0.0);
     let simulate = ["simulate", "scene.toml", "--strokes", "strokes.csv", "--reduced", "chain.json"];
-    let out = ["--out", "chain.csv", "--figures", "figures", "--vtu", "vtu"];
+    let out = ["--out", "chain.csv", "--figures", "figures", "--vtu", "vtu", "--exact-every", "50"];
     place.run(&[&simulate[..], &out].concat()).succeeded();
     let (mesh, chain) = (recording(&place, "mesh.csv"), recording(&place, "chain.csv"));
     let (a, b) = (mesh.tip().unwrap(), chain.tip().unwrap());
@@ -32,6 +35,13 @@ fn a_chain_follows_the_finite_elements_as_closely_as_its_file_states() {
     // The circle is within the strokes of the validation; its errors scatter by their own size.
     assert!(moved > 1e-3 && error < 2.0 * largest * moved, "{error} of {moved} m, {largest}");
     assert!(error > 0.0);
+    let metrics: json::Value = json::from_text(place.read("figures/metrics.json")).unwrap();
+    let exact = &metrics["run"]["exact"];
+    assert_eq!((exact["samples"].as_u64(), exact["unsolved"].as_u64()), (Some(6), Some(0)), "{exact}");
+    // Of some of the same samples, without friction.
+    let most = exact["tip_largest_m"].as_f64().unwrap();
+    assert!(most > 0.2 * error && most < 1.05 * error, "{most} and {error}");
+    assert_eq!(metrics["robot"]["chain"]["sections"], 17);
     assert!(chain.meta().extra.contains_key("chain_sha256"));
     assert!(names_in(&place.path().join("vtu")).len() > 2);
     // The same command gives the same file; what was interrupted or differs is no part of it.
@@ -48,6 +58,8 @@ fn a_chain_of_another_body_and_options_without_sense_are_refused() {
     let simulate =
         ["simulate", "scene.toml", "--strokes", "strokes.csv", "--out", "r.csv", "--reduced", "chain.json"];
     let with = |more: &[&str]| place.run(&[&simulate[..], more].concat());
+    let mesh = ["simulate", "scene.toml", "--strokes", "strokes.csv", "--out", "r.csv", "--exact-every", "5"];
+    assert!(place.run(&mesh).error(2).contains("--exact-every"));
     place.replace("scene.toml", "poisson_ratio = 0.45", "poisson_ratio = 0.44");
     assert!(with(&[]).error(2).contains("make it again"));
     for (option, value) in
@@ -99,4 +111,35 @@ fn a_scene_that_names_a_chain_resumes_and_reaches_with_it() {
     place.run(&reach).succeeded();
     let reached = recording(&place, "reach.csv");
     assert!(moved(reached.tip().unwrap().map(|x| x[1]), last) < 2e-4);
+}
+
+#[test]
+fn an_interrupted_comparison_goes_on_from_its_equilibria() {
+    let place = Workplace::new();
+    let reduce = |out: &str| ["reduce", "scene.toml", "--count", "200", "--out", out].map(str::to_owned);
+    let run = |out: &str| place.run(&reduce(out).each_ref().map(String::as_str)).succeeded();
+    run("whole.json");
+    let mut command = Command::new(program());
+    command.args(reduce("chain.json")).current_dir(place.path()).stdout(Stdio::null()).stderr(Stdio::piped());
+    let process = command.spawn().unwrap();
+    // Of the four seconds that it takes.
+    std::thread::sleep(Duration::from_millis(1500));
+    emulated::signal(&process, "INT");
+    let output = process.wait_with_output().unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    let saved = place.path().join("chain.json.equilibria");
+    assert!(output.status.code() == Some(1) && errors.contains("goes on from there"), "{errors}");
+    assert!(saved.exists() && !place.path().join("chain.json").exists());
+    let resumed = run("chain.json");
+    assert!(resumed.stderr.contains("going on from chain.json.equilibria"), "{}", resumed.stderr);
+    let errors_of = |name: &str| {
+        let file: json::Value = json::from_text(place.read(name)).unwrap();
+        file["validation"].clone()
+    };
+    assert_eq!(errors_of("chain.json"), errors_of("whole.json"));
+    assert!(!saved.exists());
+    // What is no file of an interrupted run is left out.
+    std::fs::write(&saved, "{").unwrap();
+    run("chain.json");
+    assert_eq!(errors_of("chain.json"), errors_of("whole.json"));
 }

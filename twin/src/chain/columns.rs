@@ -1,4 +1,4 @@
-//! What the cables do to the body: J, the columns of K⁻¹ Jᵀ with the factor at hand, and W + C.
+//! Response of the body to the cables: J, the columns of K⁻¹ Jᵀ with the factor at hand, and W + C.
 //!
 //! A cable whose tension is prescribed, as auxiliary ones are, needs no column: it moves the body through its row alone. So
 //! columns are made for the cables that a step or a derivative asks for, and W is known where one of a pair has its column.
@@ -8,6 +8,9 @@ use hysteron_fem::vectors::{combine_into, dot};
 use super::balance::{ChainBalance, Multiply};
 use super::band::{BlockSkyline, BlockVector, PanelBlock};
 use super::{BLOCK, Chain};
+
+/// Loads on the tip: forces and moments along three axes.
+pub(super) const TIP_LOADS: usize = 6;
 
 /// Rows, columns and W; scratch.
 #[derive(Debug, Clone)]
@@ -23,7 +26,7 @@ pub(super) struct CableColumns {
     new: Vec<usize>,
     /// Pulls of all cables at the parts within sections; scratch.
     pulls: Vec<f64>,
-    /// What these move under one of them; scratch.
+    /// Moves of these parts under one of the pulls; scratch.
     sunk: Vec<f64>,
     pub panel: Vec<PanelBlock>,
     /// A displacement; scratch.

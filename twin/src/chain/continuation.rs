@@ -80,7 +80,11 @@ mod tests {
                 let (ahead, behind) = (moved(1.0), moved(-1.0));
                 let slope = (ahead.energy - behind.energy) / (2.0 * step);
                 // Differences of second order: a part of 1e-10, times how fast the ratio turns.
-                assert!((slope - at.stress[k]).abs() < 1e-6 * strongest, "{ratio} {k}: {slope} {}", at.stress[k]);
+                assert!(
+                    (slope - at.stress[k]).abs() < 1e-6 * strongest,
+                    "{ratio} {k}: {slope} {}",
+                    at.stress[k]
+                );
                 for i in 0..STRAIN {
                     let slope = (ahead.stress[i] - behind.stress[i]) / (2.0 * step);
                     assert!((slope - tangent[i][k]).abs() < 1e-6 * stiffest, "{ratio} {i} {k}");
@@ -101,7 +105,9 @@ mod tests {
             let of = |i: usize| (0..STRAIN).map(|k| tangent[i][k] * strain[k]).sum::<f64>();
             (0..STRAIN).map(|i| of(i) * strain[i]).sum::<f64>() / (2.0 * quadratic * t * t)
         };
-        for (t, expected) in [(1e-3, 0.99925), (0.5, 0.625), (1.0, 0.25), (2.0, 0.25), (1e3, 0.25), (-1.0, 1.75)] {
+        for (t, expected) in
+            [(1e-3, 0.99925), (0.5, 0.625), (1.0, 0.25), (2.0, 0.25), (1e3, 0.25), (-1.0, 1.75)]
+        {
             // The tensor is kept in single precision, which the sum of many terms of both signs shows.
             assert!((along(t) - expected).abs() < 1e-4, "{t}: {}", along(t));
         }

@@ -5,11 +5,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::BLOCK;
 use super::band::BlockVector;
+use super::columns::TIP_LOADS;
 use super::solver::ChainSolver;
 use crate::solver::{TensionResponse, TipDerivatives, TipMotion};
-
-/// Loads on the tip: forces and moments along three axes.
-pub(super) const TIP_LOADS: usize = 6;
 
 impl ChainSolver {
     /// Response of cables and tip to tensions.
@@ -36,7 +34,8 @@ impl ChainSolver {
             return Some(TipDerivatives { per_tension, per_stroke: [const { Vec::new() }; 3], per_force });
         }
         let m = self.chain.cables.len();
-        let among = DMatrix::from_fn(held.len(), held.len(), |a, b| self.cables.delassus[held[a] * m + held[b]]);
+        let among =
+            DMatrix::from_fn(held.len(), held.len(), |a, b| self.cables.delassus[held[a] * m + held[b]]);
         // Symmetric, but not definite where only the strokes hold the body.
         let among = among.lu();
         let by_held: [Vec<f64>; 3] = per_tension.each_ref().map(|row| held.iter().map(|&j| row[j]).collect());
@@ -44,7 +43,8 @@ impl ChainSolver {
         for c in 0..3 {
             let of_held = among.solve(&DVector::from_column_slice(&by_held[c]))?;
             for (j, per_tension) in per_tension[c].iter_mut().enumerate() {
-                let coupled = held.iter().zip(of_held.iter()).map(|(&h, s)| s * self.cables.delassus[h * m + j]);
+                let coupled =
+                    held.iter().zip(of_held.iter()).map(|(&h, s)| s * self.cables.delassus[h * m + j]);
                 *per_tension -= coupled.sum::<f64>();
             }
             for (per_force, by_held) in per_force[c].iter_mut().zip(&by_held) {

@@ -43,7 +43,7 @@ pub(crate) struct SectionLaw {
 impl SectionLaw {
     /// Stress and energy at a strain.
     pub fn stress(&self, isa: Isa, strain: &Strain) -> Stressed {
-        let Parts { linear, quadratic, of_cubic: mut stress, cubic } = self.parts(isa, strain);
+        let StressParts { linear, quadratic, of_cubic: mut stress, cubic } = self.parts(isa, strain);
         let (energy, factors) = match Continuation::of(quadratic, cubic) {
             None => (quadratic + cubic, [1.0, 1.0]),
             Some(soft) => (quadratic * soft.energy, [soft.of_quadratic, soft.of_cubic]),
@@ -55,18 +55,18 @@ impl SectionLaw {
     }
 
     /// K ε and ½ A[ε, ε] with their energies.
-    fn parts(&self, isa: Isa, strain: &Strain) -> Parts {
+    fn parts(&self, isa: Isa, strain: &Strain) -> StressParts {
         let (mut linear, mut of_cubic) = ([0.0; PADDED], [0.0; PADDED]);
         self.cubic.add_stress(isa, strain, &mut of_cubic);
         isa.run(LinearStrain { stiffness: &self.stiffness, strain, stress: &mut linear });
         let work = |stress: &Strain| stress.iter().zip(strain).map(|(s, e)| s * e).sum::<f64>();
-        Parts { quadratic: 0.5 * work(&linear), cubic: work(&of_cubic) / 3.0, linear, of_cubic }
+        StressParts { quadratic: 0.5 * work(&linear), cubic: work(&of_cubic) / 3.0, linear, of_cubic }
     }
 
     /// The quadratic and the cubic part of the energy [J].
     #[cfg(test)]
     pub fn energies(&self, strain: &Strain) -> (f64, f64) {
-        let Parts { quadratic, cubic, .. } = self.parts(Isa::detect(), strain);
+        let StressParts { quadratic, cubic, .. } = self.parts(Isa::detect(), strain);
         (quadratic, cubic)
     }
 
@@ -79,7 +79,7 @@ impl SectionLaw {
 
     /// ∂σ/∂ε, by rows: K + A ε but where the energy is continued.
     pub fn tangent(&self, isa: Isa, strain: &Strain) -> [Strain; STRAIN] {
-        let Parts { linear, quadratic, of_cubic, cubic } = self.parts(isa, strain);
+        let StressParts { linear, quadratic, of_cubic, cubic } = self.parts(isa, strain);
         let Some(soft) = Continuation::of(quadratic, cubic) else {
             let mut tangent = self.stiffness;
             self.cubic.add_tangent(isa, strain, &mut tangent);
@@ -111,7 +111,7 @@ pub(crate) struct Stressed {
 }
 
 /// The two parts of a stress and of its energy.
-struct Parts {
+struct StressParts {
     linear: Strain,
     quadratic: f64,
     of_cubic: Strain,

@@ -9,8 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::balance::ChainBalance;
 use super::band::{BlockSkyline, BlockVector};
 use super::body::Chain;
-use super::columns::CableColumns;
-use super::response::TIP_LOADS;
+use super::columns::{CableColumns, TIP_LOADS};
 use super::rotation::{exp, log, orthonormal};
 use super::tangent::TangentAssembly;
 use super::{BLOCK, Interface, POSE};
@@ -285,8 +284,7 @@ impl ChainSolver {
         report: &mut StepReport,
     ) -> std::result::Result<(), Cause> {
         let free = &self.free_displacement;
-        let missing =
-            |j: usize| self.balance.stroke_residual[j] + self.cables.row_times(chain, j, free);
+        let missing = |j: usize| self.balance.stroke_residual[j] + self.cables.row_times(chain, j, free);
         self.tensions.pose(control, &state.tensions, missing);
         if self.n_negative > 0 {
             return self.tensions.solve_taut(&self.cables.delassus, self.n_negative);

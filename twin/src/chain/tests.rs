@@ -311,7 +311,10 @@ fn twin_with_the_numbers_of_another_scene_is_the_one_built_from_it() {
         let (found, expected) = (state(&changed), state(&fresh));
         // Forces without gravity are those with it less gravity: round-off.
         let far = found.0.iter().zip(&expected.0).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(far < 1e-9 * expected.0[0] && distance(found.1, expected.1) < 1e-11, "{found:?} {expected:?}");
+        assert!(
+            far < 1e-9 * expected.0[0] && distance(found.1, expected.1) < 1e-11,
+            "{found:?} {expected:?}"
+        );
         assert_ne!(expected.0, state(&known).0);
         assert!(known.with_numbers_of(&hysteron_base::Scene { friction: None, ..other.clone() }).is_none());
         let mut elsewhere = other.clone();

@@ -4,6 +4,7 @@
 //! follow `aux_kk_m` where the recording has them, and otherwise rest: at the allowed value nearest to zero.
 //! Everything is checked here, before the first step.
 
+mod exact;
 mod goals;
 mod rollout;
 
@@ -16,6 +17,7 @@ use crate::coreact::AuxiliaryLimits;
 use crate::model::{Target, Twin, TwinTendon};
 use crate::{Error, TwinState};
 
+pub use exact::{ChainError, ExactSteps};
 pub use goals::Goals;
 pub use rollout::{CommandRollout, CommandStep};
 

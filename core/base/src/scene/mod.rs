@@ -290,12 +290,24 @@ impl Scene {
     /// # Errors
     /// As [`Scene::read`].
     pub fn read_with(path: impl AsRef<Path>, reduced: Option<PathBuf>) -> Result<Self> {
-        let path = path.as_ref();
+        Self::read_parts(path.as_ref(), |named| reduced.or(named))
+    }
+
+    /// As [`Scene::read`], without the reduced body that the scene names, whose file need not exist yet.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn read_unreduced(path: impl AsRef<Path>) -> Result<Self> {
+        Self::read_parts(path.as_ref(), |_| None)
+    }
+
+    /// A scene file, and the hashes of its mesh and of the reduced body that `reduced` makes of the one it names.
+    fn read_parts(path: &Path, reduced: impl FnOnce(Option<PathBuf>) -> Option<PathBuf>) -> Result<Self> {
         let folder = path.parent().unwrap_or(Path::new(""));
         let scene = Self::from_toml(&file::read_text(path)?, &path.display().to_string(), folder)?;
         let mesh = file::sha256_of(&scene.mesh_path)?;
         let mut hash = file::sha256_hex(format!("{}\n{mesh}", scene.hash).as_bytes());
-        let reduced_path = reduced.or(scene.reduced_path);
+        let reduced_path = reduced(scene.reduced_path);
         if let Some(path) = &reduced_path {
             hash = file::sha256_hex(format!("{hash}\nreduced {}", file::sha256_of(path)?).as_bytes());
         }

@@ -14,6 +14,9 @@ pub struct RunOptions {
     /// The body that moves it.
     #[cfg_attr(feature = "clap", command(flatten))]
     pub body: RobotBodyOptions,
+    /// With a chain: make every N-th step by the finite elements too, and say how far the chain is off
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
+    pub exact_every: Option<NonZeroUsize>,
     /// Recording to write, .parquet or .csv
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
     pub out: PathBuf,

@@ -54,6 +54,18 @@ pub struct RobotSize {
     pub tendons: usize,
     /// Auxiliary tendons, which correct the twin.
     pub auxiliary_tendons: usize,
+    /// The chain that moves in place of the mesh, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chain: Option<ChainSize>,
+}
+
+/// Size of a chain of condensed sections.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct ChainSize {
+    /// Sections.
+    pub sections: usize,
+    /// Degrees of freedom.
+    pub unknowns: usize,
 }
 
 impl crate::shared::outcome::Outcome for Outcome {}
@@ -74,6 +86,11 @@ impl Outcome {
                 unknowns: run.twin.body.n_unknowns(),
                 tendons: run.twin.n_primary,
                 auxiliary_tendons: run.twin.tendons.len() - run.twin.n_primary,
+                chain: run
+                    .twin
+                    .chain
+                    .as_ref()
+                    .map(|chain| ChainSize { sections: chain.n_sections(), unknowns: chain.n_unknowns() }),
             },
             run: summary.clone(),
             shapes,

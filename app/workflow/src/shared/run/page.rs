@@ -51,6 +51,10 @@ fn model(page: &mut Page, outcome: &Outcome) {
         ("Auxiliary tendons", outcome.robot.auxiliary_tendons.to_string()),
         ("Computing time [s]", format!("{:.2}", outcome.run.wall_s)),
     ]);
+    if let Some(chain) = &outcome.robot.chain {
+        let size = format!("a chain of {} sections, {} degrees of freedom", chain.sections, chain.unknowns);
+        page.list([("Moved, in place of the mesh, by", size)]);
+    }
     page.details_list("Solver details", solver(outcome));
     page.small(&format!("Scene {}.", outcome.robot.scene_sha256));
 }
@@ -95,6 +99,18 @@ fn results(page: &mut Page, outcome: &Outcome) {
     }
     if let Some(part) = run.extrapolated {
         page.list([("Network outside its training range", format!("{:.1} % of the samples", 100.0 * part))]);
+    }
+    if let Some(part) = run.outside_validation.filter(|part| *part > 0.0) {
+        page.list([("Chain bent further than validated", format!("{:.1} % of the samples", 100.0 * part))]);
+    }
+    if let Some(exact) = &run.exact {
+        let range = |[median, largest]: [f64; 2]| format!("{median:.4} (median), {largest:.4} at most");
+        page.list([
+            ("Samples made by the finite elements too", exact.samples.to_string()),
+            ("Distance of the tips [mm]", range([exact.tip_median_m, exact.tip_largest_m].map(|m| 1e3 * m))),
+            ("Error of a tension [N]", range([exact.tension_median_n, exact.tension_largest_n])),
+            ("Of these without an equilibrium", exact.unsolved.to_string()),
+        ]);
     }
     let range = |c: usize| format!("{} to {}", mm(run.tip_min_m[c]), mm(run.tip_max_m[c]));
     page.list([

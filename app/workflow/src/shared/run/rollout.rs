@@ -5,6 +5,7 @@ use std::time::Instant;
 use hysteron_twin::command::{Command, CommandRollout};
 use hysteron_twin::{Twin, TwinState};
 
+use super::exact::ExactSamples;
 use super::residual::ResidualTrace;
 use super::series::Series;
 use super::summary::RunSummary;
@@ -38,13 +39,15 @@ impl RunState {
     }
 }
 
-/// Steps through the samples that `run` does not have yet; `residual` records the network, if there is one.
+/// Followers of a run, where there are any: the record of the network, pictures, comparisons with the finite elements.
+pub type Watched<'a> = (Option<&'a mut ResidualTrace>, Option<&'a mut Series>, Option<&'a mut ExactSamples>);
+
+/// Steps through the samples that `run` does not have yet.
 pub fn follow(
     (twin, command): (&Twin, &Command),
     rollout: &mut CommandRollout,
     run: &mut RunState,
-    mut residual: Option<&mut ResidualTrace>,
-    mut series: Option<&mut Series>,
+    (mut residual, mut series, mut exact): Watched,
     context: &Context,
 ) -> anyhow::Result<RunEnd> {
     let bar = context.progress("samples", command.time.len(), run.trace.len());
@@ -54,6 +57,9 @@ pub fn follow(
         if context.is_cancelled() {
             end = RunEnd::Interrupted;
             break;
+        }
+        if let Some(exact) = &mut exact {
+            exact.begin(row, rollout.state());
         }
         let step = match rollout.step(row) {
             Ok(step) => step,
@@ -66,6 +72,9 @@ pub fn follow(
         run.trace.push(rollout.state(), &step.strokes, step.tip);
         if let (Some(residual), Some(strokes)) = (&mut residual, rollout.network_strokes()) {
             residual.push(strokes, step.is_extrapolating);
+        }
+        if let Some(exact) = &mut exact {
+            exact.compare(twin, rollout.state(), &step)?;
         }
         if let Some(series) = &mut series {
             series.add(twin, rollout.state(), row, command.time[row])?;

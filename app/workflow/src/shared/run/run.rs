@@ -11,6 +11,7 @@ use hysteron_report::folder::ReportFolder;
 use hysteron_twin::command::{Command, CommandRollout};
 use hysteron_twin::{LockedMove, LockingEstimator, RunLocking, Twin, TwinState};
 
+use super::exact::ExactSamples;
 use super::input::{RunInput, Task};
 use super::options::RunOptions;
 use super::outcome::{Outcome, Run};
@@ -45,6 +46,7 @@ pub fn run(
     let _lock = outputs(options, &scene, &input, residual, &partial).check(context)?;
     let (mesh, quality) = hysteron_twin::read_body(&scene)?;
     let twin = Twin::new(&scene, &mesh)?.with_body_of(&scene)?;
+    let mut exact = ExactSamples::new(&twin, options.exact_every)?;
     let command = input.command(&twin)?;
     let mut provenance = input.provenance(&scene, context);
     if let Some(path) = &scene.reduced_path {
@@ -74,7 +76,8 @@ pub fn run(
     let n_earlier = state.trace.len();
     let mut rollout = CommandRollout::new(&twin, &command, corrected, (&state.twin, n_earlier))?;
     let robot = (&twin, &command);
-    let end = follow(robot, &mut rollout, &mut state, residual.as_mut(), series.as_mut(), context)?;
+    let traces = (residual.as_mut(), series.as_mut(), exact.as_mut());
+    let end = follow(robot, &mut rollout, &mut state, traces, context)?;
     if let Some(mut series) = series {
         series.finish()?;
     }
@@ -83,6 +86,7 @@ pub fn run(
     let (farthest_row, farthest) = rollout.farthest();
     let n_done = trace.len();
     summary.extrapolated = residual.as_ref().map(ResidualTrace::extrapolated);
+    summary.exact = exact.as_ref().and_then(ExactSamples::summary);
     summary.outside_validation =
         twin.chain.as_ref().map(|_| rollout.n_outside() as f64 / n_done.max(1) as f64);
     let further = residual.map_or_else(Vec::new, ResidualTrace::into_channels);

@@ -7,6 +7,8 @@ use hysteron_twin::{RunLocking, Twin};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::exact::ExactSummary;
+
 /// Numbers of a run; written as they are into `metrics.json`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 pub struct RunSummary {
@@ -36,6 +38,9 @@ pub struct RunSummary {
     /// Part of the samples in which a chain was bent further than it was validated, if there was one [-].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub outside_validation: Option<f64>,
+    /// How far the chain was off where the finite elements made a sample too, if that was requested.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exact: Option<ExactSummary>,
     /// Samples in the recording.
     pub samples: usize,
     /// Time from the first to the last sample [s].
@@ -179,6 +184,9 @@ impl RunSummary {
                 "the chain was bent further than it was validated in {:.1} % of samples: make it with a larger --stroke-mm",
                 100.0 * part
             );
+        }
+        if let Some(exact) = &self.exact {
+            tracing::info!("{}", exact.line());
         }
         if let Some(goals) = &self.goals {
             goals.log(self.samples, per_step(self.rounds));

@@ -16,7 +16,7 @@ use crate::shared::error::Cancelled;
 /// Time between two writings of the file.
 const EVERY: Duration = Duration::from_secs(5);
 
-/// What an interrupted comparison leaves beside the chain's file.
+/// Equilibria that an interrupted comparison leaves beside the chain's file.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Saved {

@@ -20,7 +20,7 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 
 fn reduce(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     options.check()?;
-    let scene = Scene::read(&options.scene)?;
+    let scene = Scene::read_unreduced(&options.scene)?;
     let twin = Twin::new(&scene, &hysteron_twin::read_body(&scene)?.0)?;
     let outputs = Outputs::default().scene(&options.scene, &scene).file("--out", &options.out);
     let _lock = outputs.check(context)?;
