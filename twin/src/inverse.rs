@@ -10,7 +10,7 @@ use hysteron_base::BadInput;
 
 use crate::model::{Target, Twin};
 use crate::report::StepReport;
-use crate::solver::{CablePairs, TensionResponse, TipMotion, WantedResponse, singular};
+use crate::solver::{TensionResponse, TipMotion, singular};
 use crate::stepper::{Stepper, check_targets};
 use crate::{Error, Result, TwinState};
 use hysteron_fit::qp::{QpStatus, RowQp, solve_rows};
@@ -74,9 +74,8 @@ impl Stepper {
         check_targets(twin, targets)?;
         let mut commands = self.held_strokes(twin, targets);
         let mut step = self.step(twin, &commands)?;
-        let response = self
-            .response(twin, WantedResponse { tip: TipMotion::Displacement, pairs: CablePairs::All })
-            .ok_or_else(|| singular(step.relative_residual))?;
+        let response =
+            self.response(twin, TipMotion::Displacement).ok_or_else(|| singular(step.relative_residual))?;
         let mut problem = EffectorQp::new(twin, response);
         let mut error = distance(goal, twin, self.state());
         let (mut rounds, mut slow_rounds) = (0, 0);

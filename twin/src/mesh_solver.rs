@@ -8,7 +8,7 @@ use crate::model::Twin;
 use crate::newton::{Newton, StepSearch};
 use crate::quasi_newton::QuasiNewton;
 use crate::report::StepReport;
-use crate::solver::{Balance, BodySolver, Stuck, TensionResponse, TipDerivatives, TipMotion, WantedResponse};
+use crate::solver::{Balance, BodySolver, Stuck, TensionResponse, TipDerivatives, TipMotion};
 use crate::state::TwinState;
 
 /// Largest part of a step that is tried with damping: on a larger one, a smaller one is cheaper.
@@ -104,13 +104,13 @@ impl BodySolver for MeshSolver {
         twin: &Twin,
         _: &StepTargets,
         state: &TwinState,
-        wanted: WantedResponse,
+        tip: TipMotion,
     ) -> Option<TensionResponse> {
         let projection = self.quasi_newton.projection(twin, state, &self.balance)?;
         Some(TensionResponse {
             delassus: projection.delassus.clone(),
             tip: twin.tip_displacement_rows(projection),
-            turn: (wanted.tip == TipMotion::Pose).then(|| twin.tip_rotation_rows(projection, state)),
+            turn: (tip == TipMotion::Pose).then(|| twin.tip_rotation_rows(projection, state)),
         })
     }
 

@@ -29,26 +29,10 @@ pub(crate) enum TipMotion {
     Pose,
 }
 
-/// Pairs of cables whose W is asked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum CablePairs {
-    /// All.
-    All,
-    /// Those of which one keeps its stroke, or may.
-    WithStroke,
-}
-
-/// Parts of a response that are needed.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct WantedResponse {
-    pub tip: TipMotion,
-    pub pairs: CablePairs,
-}
-
 /// Response of the cables and of the tip to tensions.
 #[derive(Debug, Clone)]
 pub(crate) struct TensionResponse {
-    /// W + C, row-major n_cables × n_cables, symmetric [m/N]; of the pairs that were not asked for anything.
+    /// W + C, row-major n_cables × n_cables, symmetric [m/N].
     pub delassus: Vec<f64>,
     /// Displacement of the recorded tip by unit tensions, three rows [m/N], one column per cable.
     pub tip: [Vec<f64>; 3],
@@ -116,7 +100,7 @@ pub(crate) trait BodySolver {
         twin: &Twin,
         control: &StepTargets,
         state: &TwinState,
-        wanted: WantedResponse,
+        tip: TipMotion,
     ) -> Option<TensionResponse>;
 
     /// W + C of the exact tangent, row-major n_cables × n_cables [m/N], at `state`.

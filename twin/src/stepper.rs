@@ -9,9 +9,7 @@ use crate::friction_points::FrictionPoints;
 use crate::mesh_solver::MeshSolver;
 use crate::model::{Target, Twin};
 use crate::report::StepReport;
-use crate::solver::{
-    BodySolver, CablePairs, Stuck, TensionResponse, TipDerivatives, TipMotion, WantedResponse,
-};
+use crate::solver::{BodySolver, Stuck, TensionResponse, TipDerivatives, TipMotion};
 use crate::state::TwinState;
 use crate::tip::TipResponse;
 use crate::{Error, Result};
@@ -194,7 +192,7 @@ impl Stepper {
         let state = std::mem::take(&mut self.state);
         self.command(twin, targets, &state);
         self.state = state;
-        let response = self.response(twin, WantedResponse { tip, pairs: CablePairs::WithStroke })?;
+        let response = self.response(twin, tip)?;
         Some(LinearisedStep {
             state: &self.state,
             response,
@@ -345,10 +343,10 @@ impl Stepper {
     }
 
     /// Response to tensions with the lagged factor, computed at the present equilibrium if there is none: approximate.
-    pub(crate) fn response(&mut self, twin: &Twin, wanted: WantedResponse) -> Option<TensionResponse> {
+    pub(crate) fn response(&mut self, twin: &Twin, tip: TipMotion) -> Option<TensionResponse> {
         let solver = self.solver.get_mut();
         solver.measure(twin, &self.control, &self.state);
-        solver.response(twin, &self.control, &self.state, wanted)
+        solver.response(twin, &self.control, &self.state, tip)
     }
 
     /// The iteration of finite elements.

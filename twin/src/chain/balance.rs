@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use hysteron_base::lanes::{LANES, Simd, WithSimd};
+use hysteron_fem::vectors::dot;
 use nalgebra::{Matrix3, Vector3};
 
 use super::band::BlockVector;
@@ -225,9 +226,26 @@ impl ChainBalance {
         }
     }
 
+    /// Adds to W what cable points sink in per tension, at the configuration placed last; `pulls` is scratch.
+    pub fn add_sinks(&mut self, chain: &Chain, delassus: &mut [f64], pulls: &mut Vec<f64>) {
+        self.local_pulls_into(chain, pulls);
+        let m = chain.cables.len();
+        for sink in &chain.sinks {
+            let n = 3 * sink.parts.len();
+            self.local_moves.resize(n, 0.0);
+            for &(i, at) in &sink.cables {
+                let (matrix, x) = (&sink.compliance, &pulls[at..][..n]);
+                chain.isa.run(Multiply { matrix, x, y: &mut self.local_moves });
+                for &(j, at) in &sink.cables {
+                    delassus[i * m + j] += dot(chain.isa, &self.local_moves, &pulls[at..][..n]);
+                }
+            }
+        }
+    }
+
     /// Writes the pulls of each cable per tension at the parts of its sinks, in their sections' frames, at the configuration
     /// placed last.
-    pub fn local_pulls_into(&mut self, chain: &Chain, pulls: &mut Vec<f64>) {
+    fn local_pulls_into(&mut self, chain: &Chain, pulls: &mut Vec<f64>) {
         pulls.clear();
         pulls.resize(chain.sinks.iter().map(|sink| 3 * sink.parts.len() * sink.cables.len()).sum(), 0.0);
         for (j, reach) in chain.reach.iter().enumerate().filter(|(_, reach)| !reach.sinks.is_empty()) {
@@ -354,10 +372,10 @@ fn local_force(forces: &[[f64; 4]], poses: &[StrainedPose], chain: &Chain, part:
 }
 
 /// Writes a symmetric matrix times a vector.
-pub(super) struct Multiply<'a> {
-    pub matrix: &'a [f64],
-    pub x: &'a [f64],
-    pub y: &'a mut [f64],
+struct Multiply<'a> {
+    matrix: &'a [f64],
+    x: &'a [f64],
+    y: &'a mut [f64],
 }
 
 impl WithSimd for Multiply<'_> {

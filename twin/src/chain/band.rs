@@ -130,18 +130,18 @@ impl BlockSkyline {
         self.isa.run(BandSolve { factor: self, x });
     }
 
-    /// Replaces the columns `which` by K⁻¹ times themselves, as many at a time as a register holds; `panel` is scratch.
-    pub fn solve_many(&self, columns: &mut [Vec<BlockVector>], which: &[usize], panel: &mut Vec<PanelBlock>) {
+    /// Replaces each of `columns` by K⁻¹ times itself, as many at a time as a register holds; `panel` is scratch.
+    pub fn solve_many(&self, columns: &mut [Vec<BlockVector>], panel: &mut Vec<PanelBlock>) {
         panel.resize(self.first.len(), [Pack([0.0; LANES]); BLOCK]);
-        for which in which.chunks(LANES) {
-            for (lane, &j) in which.iter().enumerate() {
-                for (panel, number) in panel.as_flattened_mut().iter_mut().zip(columns[j].as_flattened()) {
+        for columns in columns.chunks_mut(LANES) {
+            for (lane, column) in columns.iter().enumerate() {
+                for (panel, number) in panel.as_flattened_mut().iter_mut().zip(column.as_flattened()) {
                     panel.0[lane] = *number;
                 }
             }
             self.isa.run(PanelSolve { factor: self, x: panel });
-            for (lane, &j) in which.iter().enumerate() {
-                for (panel, number) in panel.as_flattened().iter().zip(columns[j].as_flattened_mut()) {
+            for (lane, column) in columns.iter_mut().enumerate() {
+                for (panel, number) in panel.as_flattened().iter().zip(column.as_flattened_mut()) {
                     *number = panel.0[lane];
                 }
             }
@@ -435,8 +435,7 @@ mod tests {
         matrix.solve(&mut x);
         for isa in Isa::all() {
             let mut many = many.clone();
-            let all: Vec<usize> = (0..many.len()).collect();
-            BlockSkyline { isa, ..matrix.clone() }.solve_many(&mut many, &all, &mut Vec::new());
+            BlockSkyline { isa, ..matrix.clone() }.solve_many(&mut many, &mut Vec::new());
             let difference = |column: &Vec<BlockVector>| {
                 let pairs = column.as_flattened().iter().zip(x.as_flattened());
                 pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)

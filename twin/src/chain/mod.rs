@@ -18,7 +18,6 @@
 mod balance;
 mod band;
 mod body;
-mod columns;
 mod condense;
 mod continuation;
 mod cubic;

@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
+use hysteron_fem::vectors::{combine_into, dot};
 use hysteron_fit::qp::{Activity, QpSolver};
 use nalgebra::{Matrix3, Vector3};
 
 use super::balance::ChainBalance;
-use super::band::{BlockSkyline, BlockVector};
+use super::band::{BlockSkyline, BlockVector, PanelBlock};
 use super::body::Chain;
-use super::columns::{CableColumns, TIP_LOADS};
 use super::rotation::{exp, log, orthonormal};
 use super::tangent::TangentAssembly;
 use super::{BLOCK, Interface, POSE};
@@ -20,9 +20,7 @@ use crate::error::Cause;
 use crate::model::Twin;
 use crate::predictor::{EquilibriumPredictor, Prescribed};
 use crate::report::StepReport;
-use crate::solver::{
-    Balance, BodySolver, CablePairs, Stuck, TensionResponse, TipDerivatives, WantedResponse, singular,
-};
+use crate::solver::{Balance, BodySolver, Stuck, TensionResponse, TipDerivatives, TipMotion, singular};
 use crate::state::TwinState;
 use crate::tensions::TensionStep;
 
@@ -47,13 +45,17 @@ pub(crate) struct ChainSolver {
     balance: ChainBalance,
     assembly: TangentAssembly,
     pub(super) tangent: BlockSkyline,
-    pub(super) cables: CableColumns,
+    /// Rows of J when the factor was made [-], and the columns of K⁻¹ Jᵀ [m/N].
+    pub(super) rows: Vec<Vec<BlockVector>>,
+    pub(super) columns: Vec<Vec<BlockVector>>,
     /// Derivatives of the tip's position by the unknowns when the factor was made [-]: rows, in the frame of the scene.
     pub(super) tip: [Vec<BlockVector>; 3],
-    /// Displacements by unit forces along the axes of the recorded tip [m/N], then by unit moments on it over the lever.
-    pub(super) tip_columns: Vec<Vec<BlockVector>>,
-    /// The first of these that are of the factor in use.
-    pub(super) n_tip_columns: usize,
+    /// W + C, row-major [m/N].
+    pub(super) delassus: Vec<f64>,
+    /// Pulls of all cables at parts within sections; scratch.
+    pulls: Vec<f64>,
+    /// Columns side by side; scratch.
+    pub(super) panel: Vec<PanelBlock>,
     /// Negative eigenvalues of the tangent.
     n_negative: usize,
     tensions: TensionStep,
@@ -85,10 +87,12 @@ impl ChainSolver {
             balance,
             assembly: TangentAssembly::new(chain),
             tangent: TangentAssembly::pattern(chain),
-            cables: CableColumns::new(chain),
+            rows: vec![zeros.clone(); m],
+            columns: vec![zeros.clone(); m],
             tip: [const { Vec::new() }; 3].map(|_: Vec<f64>| zeros.clone()),
-            tip_columns: vec![zeros.clone(); TIP_LOADS],
-            n_tip_columns: 0,
+            delassus: vec![0.0; m * m],
+            pulls: Vec::new(),
+            panel: Vec::new(),
             n_negative: 0,
             tensions: TensionStep::new(m),
             anderson: Anderson::new(isa, n * BLOCK, m),
@@ -113,10 +117,7 @@ impl ChainSolver {
     ) -> std::result::Result<(), Cause> {
         if self.is_unusable {
             self.balance.evaluate(chain, control, &state.interfaces, &state.tensions);
-            self.refactorise(chain, state, |j| !control.is_tension(j), report)?;
-        }
-        if !self.cables.covers(|j| !control.is_tension(j)) {
-            self.solve_columns(chain, |j| !control.is_tension(j));
+            self.refactorise(chain, state, report)?;
         }
         self.predict(chain, control, state);
         self.anderson.begin();
@@ -133,7 +134,7 @@ impl ChainSolver {
             }
             best = best.min(self.balance.relative);
             if iteration - refactorised_at == REFACTORISE_AFTER {
-                self.refactorise(chain, state, |j| !control.is_tension(j), report)?;
+                self.refactorise(chain, state, report)?;
                 refactorised_at = iteration;
             }
             report.iterations += 1;
@@ -143,12 +144,11 @@ impl ChainSolver {
         Err(Cause::IterationLimit)
     }
 
-    /// Factor and rows at the configuration evaluated last, columns of the cables `which` and their W.
+    /// Factor, rows, columns and W at the configuration evaluated last.
     fn refactorise(
         &mut self,
         chain: &Chain,
         state: &TwinState,
-        which: impl Fn(usize) -> bool,
         report: &mut StepReport,
     ) -> std::result::Result<(), Cause> {
         report.refactorisations += 1;
@@ -156,21 +156,32 @@ impl ChainSolver {
         self.assembly.assemble_into(chain, &self.balance, &state.tensions, &mut self.tangent);
         self.assembly.rows_into(chain, &chain.tip, &mut self.tip);
         self.n_negative = self.tangent.factorize().ok_or(Cause::NoFactor)?;
-        self.n_tip_columns = 0;
-        self.cables.restart(chain, &mut self.balance);
-        self.is_unusable = false;
-        self.solve_columns(chain, which);
+        let m = self.rows.len();
+        for j in 0..m {
+            self.balance.row_into(chain, j, &mut self.rows[j]);
+            self.columns[j].copy_from_slice(&self.rows[j]);
+        }
+        self.tangent.solve_many(&mut self.columns, &mut self.panel);
+        for j in 0..m {
+            for i in 0..=j {
+                let w = row_times(chain, &self.rows, i, &self.columns[j]);
+                self.delassus[i * m + j] = w;
+                self.delassus[j * m + i] = w;
+            }
+        }
+        self.balance.add_sinks(chain, &mut self.delassus, &mut self.pulls);
+        for (i, row) in chain.cables.compliance.iter().enumerate() {
+            for &(j, compliance) in row {
+                self.delassus[i * m + j] += compliance;
+            }
+        }
+        if self.n_negative == 0 {
+            self.tensions.qp.set_matrix(&self.delassus);
+        }
         self.anderson.clear();
+        self.is_unusable = false;
         (self.spent, self.steps, self.recent) = (0, 0, 0.0);
         Ok(())
-    }
-
-    /// Columns of the cables `which` with the factor at hand.
-    pub(super) fn solve_columns(&mut self, chain: &Chain, which: impl Fn(usize) -> bool) {
-        self.cables.solve(chain, &self.tangent, which);
-        if self.n_negative == 0 {
-            self.tensions.qp.set_matrix(&self.cables.delassus);
-        }
     }
 
     /// Moves the state to where the history expects the equilibrium, then onto the commanded strokes.
@@ -267,7 +278,11 @@ impl ChainSolver {
     /// Adds the displacement Y dT of the increments to the step.
     fn move_by_tensions(&mut self, chain: &Chain) {
         let n = chain.n_unknowns();
-        self.cables.move_by(chain, &self.tangent, &self.tensions.increments, &mut self.step[..n]);
+        let moving =
+            self.tensions.increments.iter().zip(&self.columns).filter(|(increment, _)| **increment != 0.0);
+        for (increment, column) in moving {
+            combine_into(chain.isa, &[*increment], &[column.as_flattened()], &mut self.step[..n]);
+        }
     }
 
     fn apply(&mut self, chain: &Chain, state: &mut TwinState) {
@@ -284,10 +299,10 @@ impl ChainSolver {
         report: &mut StepReport,
     ) -> std::result::Result<(), Cause> {
         let free = &self.free_displacement;
-        let missing = |j: usize| self.balance.stroke_residual[j] + self.cables.row_times(chain, j, free);
+        let missing = |j: usize| self.balance.stroke_residual[j] + row_times(chain, &self.rows, j, free);
         self.tensions.pose(control, &state.tensions, missing);
         if self.n_negative > 0 {
-            return self.tensions.solve_taut(&self.cables.delassus, self.n_negative);
+            return self.tensions.solve_taut(&self.delassus, self.n_negative);
         }
         let solver = self.tensions.solve().map_err(Cause::Qp)?;
         report.clarabel_solves += usize::from(solver == QpSolver::Clarabel);
@@ -296,7 +311,7 @@ impl ChainSolver {
 
     /// W_jj [m/N].
     fn compliance(&self, j: usize) -> f64 {
-        self.cables.delassus[j * (self.active_set.len() + 1)]
+        self.delassus[j * (self.active_set.len() + 1)]
     }
 
     /// Commits the equilibrium and decides whether the factor is worth keeping.
@@ -356,7 +371,7 @@ impl ChainSolver {
                 return Ok(());
             }
             report.newton_iterations += 1;
-            self.refactorise(chain, state, |j| !control.is_tension(j), report)?;
+            self.refactorise(chain, state, report)?;
             self.correct(chain, control, state, report)?;
             self.apply(chain, state);
             TensionStep::apply(control, &self.tensions.increments, 1.0, &mut state.tensions);
@@ -364,17 +379,18 @@ impl ChainSolver {
         Err(Cause::IterationLimit)
     }
 
-    /// A new factor at `state`, and columns of the cables `which`.
-    fn linearise(
-        &mut self,
-        control: &StepTargets,
-        state: &TwinState,
-        which: impl Fn(usize) -> bool,
-    ) -> std::result::Result<(), Cause> {
+    /// A new factor at `state`.
+    fn linearise(&mut self, control: &StepTargets, state: &TwinState) -> std::result::Result<(), Cause> {
         let chain = self.chain.clone();
         self.balance.evaluate(&chain, control, &state.interfaces, &state.tensions);
-        self.refactorise(&chain, state, which, &mut StepReport::default())
+        self.refactorise(&chain, state, &mut StepReport::default())
     }
+}
+
+/// Row j of J times a displacement; its entries are zero beyond the interfaces of the cable.
+fn row_times(chain: &Chain, rows: &[Vec<BlockVector>], j: usize, displacement: &[BlockVector]) -> f64 {
+    let blocks = chain.reach[j].blocks.clone();
+    dot(chain.isa, rows[j][blocks.clone()].as_flattened(), displacement[blocks].as_flattened())
 }
 
 impl BodySolver for ChainSolver {
@@ -427,20 +443,17 @@ impl BodySolver for ChainSolver {
         _: &Twin,
         control: &StepTargets,
         state: &TwinState,
-        wanted: WantedResponse,
+        tip: TipMotion,
     ) -> Option<TensionResponse> {
-        let which = |j: usize| wanted.pairs == CablePairs::All || !control.is_tension(j);
         if self.is_unusable {
-            self.linearise(control, state, which).ok()?;
-        } else if !self.cables.covers(which) {
-            self.solve_columns(&self.chain.clone(), which);
+            self.linearise(control, state).ok()?;
         }
-        Some(self.tension_response(wanted.tip))
+        Some(self.tension_response(tip))
     }
 
     fn delassus(&mut self, _: &Twin, control: &StepTargets, state: &TwinState) -> Result<&[f64]> {
-        self.linearise(control, state, |_| true).map_err(|_| singular(self.balance.relative))?;
-        Ok(&self.cables.delassus)
+        self.linearise(control, state).map_err(|_| singular(self.balance.relative))?;
+        Ok(&self.delassus)
     }
 
     fn tip_derivatives(
@@ -450,7 +463,7 @@ impl BodySolver for ChainSolver {
         state: &TwinState,
         held: &[usize],
     ) -> Option<TipDerivatives> {
-        self.linearise(control, state, |j| held.contains(&j)).ok()?;
+        self.linearise(control, state).ok()?;
         self.derivatives_of_tip(held)
     }
 
