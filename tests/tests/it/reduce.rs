@@ -138,8 +138,7 @@ fn an_interrupted_comparison_goes_on_from_its_equilibria() {
     };
     assert_eq!(errors_of("chain.json"), errors_of("whole.json"));
     assert!(!saved.exists());
-    // What is no file of an interrupted run is left out.
-    std::fs::write(&saved, "{").unwrap();
-    run("chain.json");
-    assert_eq!(errors_of("chain.json"), errors_of("whole.json"));
+    // Anything else of that name is no reason to fail.
+    std::fs::write(place.path().join("few.json.equilibria"), "{").unwrap();
+    place.run(&["reduce", "scene.toml", "--count", "2", "--out", "few.json"]).succeeded();
 }

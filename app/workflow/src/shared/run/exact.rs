@@ -51,7 +51,7 @@ impl ExactSamples {
 
     /// Notes the equilibrium before sample `row`, if it is to be compared.
     pub fn begin(&mut self, row: usize, state: &TwinState) {
-        self.before = (row % self.every == 0).then(|| state.clone());
+        self.before = row.is_multiple_of(self.every).then(|| state.clone());
     }
 
     /// Compares the sample that has begun.
