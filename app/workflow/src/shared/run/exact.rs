@@ -1,6 +1,7 @@
 //! Samples of a run with a chain that the finite elements make too.
 
 use std::num::NonZeroUsize;
+use std::time::{Duration, Instant};
 
 use hysteron_base::BadInput;
 use hysteron_base::statistics::nearest_quantile;
@@ -17,6 +18,8 @@ pub struct ExactSamples {
     before: Option<TwinState>,
     errors: Vec<ChainError>,
     n_unsolved: usize,
+    /// Time that the finite elements took.
+    pub spent: Duration,
 }
 
 /// How far the chain of a run was off.
@@ -46,7 +49,8 @@ impl ExactSamples {
                 .hint("leave it out: every step is one of the finite elements"));
         }
         let steps = ExactSteps::new(twin);
-        Ok(Some(Self { steps, every: every.get(), before: None, errors: Vec::new(), n_unsolved: 0 }))
+        let every = every.get();
+        Ok(Some(Self { steps, every, before: None, errors: vec![], n_unsolved: 0, spent: Duration::ZERO }))
     }
 
     /// Notes the equilibrium before sample `row`, if it is to be compared.
@@ -65,10 +69,12 @@ impl ExactSamples {
         step: &CommandStep,
     ) -> hysteron_twin::Result<()> {
         if let Some(before) = self.before.take() {
+            let start = Instant::now();
             match self.steps.error_of(twin, (&before, after), &step.strokes)? {
                 Some(error) => self.errors.push(error),
                 None => self.n_unsolved += 1,
             }
+            self.spent += start.elapsed();
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! The loop of a run: sample by sample, until its end, an interruption or an error.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use hysteron_twin::command::{Command, CommandRollout};
 use hysteron_twin::{Twin, TwinState};
@@ -82,7 +82,8 @@ pub fn follow(
         bar.inc(1);
     }
     run.twin.clone_from(rollout.state());
-    run.summary.wall_s = start.elapsed().as_secs_f64();
+    let compared = exact.map_or(Duration::ZERO, |exact| exact.spent);
+    run.summary.wall_s = start.elapsed().saturating_sub(compared).as_secs_f64();
     bar.finish();
     Ok(end)
 }
