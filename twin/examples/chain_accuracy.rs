@@ -25,7 +25,7 @@ fn main() -> Result<()> {
         |k: usize, default: f64| arguments.get(k).and_then(|text| text.parse().ok()).unwrap_or(default);
     let scene = arguments.first().map_or("meshes/tpu80/scene.toml", String::as_str);
     let scene = Scene::read(Path::new(scene))?;
-    let mut twin = Twin::from_scene(&scene)?;
+    let mut twin = Twin::from_scene(&scene)?.without_chain();
     twin.accuracy = Accuracy { relative_residual: 1e-6, stroke: 1e-9 };
     let begun = Instant::now();
     let mut chain = Chain::new(&twin)?;
