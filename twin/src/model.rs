@@ -207,15 +207,12 @@ impl Twin {
         let body = FemModel::new(mesh, scene.material.clone(), &clamped)?;
         let body = with_inserts(body, mesh, &scene.inserts)?;
         body.check_clamp()?;
-        let mut tendons = scene.tendons.clone();
-        tendons.extend(scene.auxiliary.iter().flat_map(auxiliary_tendons));
-        let cables = parallel::try_map(&tendons, |tendon| attached(&body, tendon))?;
+        let tendons = all_tendons(scene);
+        let mut cables = parallel::try_map(&tendons, |tendon| attached(&body, tendon))?;
         let distance = |point: &CablePoint| point.carriers().map_or(0.0, |at| at.distance);
         let farthest = |points: &Vec<CablePoint>| points.iter().map(distance).fold(0.0, f64::max);
         let outside: Vec<f64> = cables.iter().map(farthest).collect();
-        let friction = scene.friction.iter().flat_map(|friction| friction_points(&scene.tendons, friction));
-        let friction: Vec<FrictionPoint> = friction.collect();
-        let mut cables = cables;
+        let friction = friction_of(scene);
         cables.extend(
             friction.iter().map(|point| cables[point.tendon][point.first..].to_vec()).collect::<Vec<_>>(),
         );
@@ -256,7 +253,7 @@ impl Twin {
             tendons: specs.collect(),
             cables,
             friction,
-            backlash: scene.friction.map_or(0.0, |friction| friction.backlash),
+            backlash: backlash(scene),
             n_primary: scene.tendons.len(),
             auxiliary_rate: auxiliary_rate(scene),
             gravity: scene.gravity,
@@ -271,53 +268,35 @@ impl Twin {
     /// The same robot with the numbers of another scene of it, on the same body and with the same chain: stiffness, density,
     /// gravity, what moves the tendons, their zeros and compliance, friction, tracker, accuracy. `None` where the scene is of
     /// another body or has other tendons or friction points.
-    pub(crate) fn with_numbers_of(&self, scene: &Scene) -> Option<Self> {
-        let shape = BodyShape::new(scene, &self.mesh_hash);
-        let friction = scene.friction.iter().flat_map(|friction| friction_points(&scene.tendons, friction));
-        let friction: Vec<FrictionPoint> = friction.collect();
+    pub(crate) fn with_numbers_of(mut self, scene: &Scene) -> Option<Self> {
+        let friction = friction_of(scene);
         let is_there = |(a, b): (&FrictionPoint, &FrictionPoint)| (a.tendon, a.first) == (b.tendon, b.first);
-        let has_same_points = friction.len() == self.friction.len();
-        let has_same_points = has_same_points && friction.iter().zip(&self.friction).all(is_there);
-        if shape != self.shape || !has_same_points {
+        let has_same_points =
+            friction.len() == self.friction.len() && friction.iter().zip(&self.friction).all(is_there);
+        if BodyShape::new(scene, &self.mesh_hash) != self.shape || !has_same_points {
             return None;
         }
-        let body = if scene.material == self.body.material {
-            self.body.clone()
-        } else {
-            let mut body = FemModel::clone(&self.body);
-            body.material = scene.material.clone();
-            Arc::new(body)
-        };
-        let mut loads = self.loads_besides_gravity();
-        for (load, weight) in loads.iter_mut().zip(body.weight(scene.gravity)) {
+        self.loads = self.loads_besides_gravity();
+        if scene.material != self.body.material {
+            Arc::make_mut(&mut self.body).material = scene.material.clone();
+        }
+        for (load, weight) in self.loads.iter_mut().zip(self.body.weight(scene.gravity)) {
             load.iter_mut().zip(weight).for_each(|(load, weight)| *load += weight);
         }
-        let mut tendons = scene.tendons.clone();
-        tendons.extend(scene.auxiliary.iter().flat_map(auxiliary_tendons));
-        let mut cables = self.cables.clone();
-        cables.compliance.iter_mut().for_each(Vec::clear);
-        set_compliance(&mut cables, &tendons, &friction, scene.friction.as_ref());
-        let specs = tendons.into_iter().zip(&self.tendons);
-        let twin = Self {
-            chain: None,
-            mesh_hash: self.mesh_hash.clone(),
-            shape,
-            body,
-            tendons: specs.map(|(tendon, known)| TwinTendon::new(tendon, known.outside)).collect(),
-            cables,
-            friction,
-            backlash: scene.friction.map_or(0.0, |friction| friction.backlash),
-            auxiliary_rate: auxiliary_rate(scene),
-            gravity: scene.gravity,
-            loads,
-            tracker: Registration::new(&scene.tracker),
-            accuracy: accuracy(scene),
-            couples: self.couples.clone(),
-            tip: self.tip.clone(),
-            n_primary: self.n_primary,
-        };
-        let chain = self.chain.as_ref().map(|chain| Arc::new(chain.bound(&twin)));
-        Some(Self { chain, ..twin })
+        self.gravity = scene.gravity;
+        let tendons = all_tendons(scene);
+        self.cables.compliance.iter_mut().for_each(Vec::clear);
+        set_compliance(&mut self.cables, &tendons, &friction, scene.friction.as_ref());
+        self.friction = friction;
+        for (known, tendon) in self.tendons.iter_mut().zip(tendons) {
+            *known = TwinTendon::new(tendon, known.outside);
+        }
+        self.backlash = backlash(scene);
+        self.auxiliary_rate = auxiliary_rate(scene);
+        self.tracker = Registration::new(&scene.tracker);
+        self.accuracy = accuracy(scene);
+        self.chain = self.chain.take().map(|chain| Arc::new(chain.bound(&self)));
+        Some(self)
     }
 
     /// Constant forces on the nodes without those of gravity [N].
@@ -409,6 +388,21 @@ impl Twin {
         let pulled = self.pulled(state);
         pulled.iter().zip(&self.tendons).map(|(stroke, tendon)| stroke - tendon.zero).collect()
     }
+}
+
+/// The tendons of a scene, auxiliary ones last.
+fn all_tendons(scene: &Scene) -> Vec<Tendon> {
+    scene.tendons.iter().cloned().chain(scene.auxiliary.iter().flat_map(auxiliary_tendons)).collect()
+}
+
+/// Where friction acts on the tendons of a scene.
+fn friction_of(scene: &Scene) -> Vec<FrictionPoint> {
+    scene.friction.iter().flat_map(|friction| friction_points(&scene.tendons, friction)).collect()
+}
+
+/// How far a servo moves on reversal until its tendon follows [m].
+fn backlash(scene: &Scene) -> f64 {
+    scene.friction.map_or(0.0, |friction| friction.backlash)
 }
 
 /// Fastest change of an identified stroke [m/s].

@@ -143,7 +143,7 @@ impl Chain {
         }
         let content: ChainFile = json::from_value(&value).map_err(not_ours)?;
         content.check().map_err(|(what, expected, found)| bad(what, expected, found))?;
-        let chain = content.into_chain(twin);
+        let mut chain = content.into_chain(twin);
         chain.check(twin).map_err(|bad| bad.within(path.display().to_string()))?;
         let points =
             (twin.tendons.iter().zip(&chain.points).enumerate()).find_map(|(j, (tendon, points))| {
@@ -155,7 +155,8 @@ impl Chain {
                 bad("points", format!("{expected} of tendon {}", tendon.name), found.to_string()).into()
             );
         }
-        Ok(chain.bound(twin))
+        chain.bind(twin);
+        Ok(chain)
     }
 }
 

@@ -299,7 +299,7 @@ fn twin_with_the_numbers_of_another_scene_is_the_one_built_from_it() {
             Some(chain) => fresh.clone().with_chain(chain.of(&fresh).expect("the same body")),
             None => fresh,
         };
-        let changed = known.with_numbers_of(&other).expect("the same body");
+        let changed = known.clone().with_numbers_of(&other).expect("the same body");
         let state = |twin: &Twin| {
             let mut stepper = Stepper::new(twin);
             for part in [0.5, 1.0] {
@@ -316,7 +316,8 @@ fn twin_with_the_numbers_of_another_scene_is_the_one_built_from_it() {
             "{found:?} {expected:?}"
         );
         assert_ne!(expected.0, state(&known).0);
-        assert!(known.with_numbers_of(&hysteron_base::Scene { friction: None, ..other.clone() }).is_none());
+        let smooth = hysteron_base::Scene { friction: None, ..other.clone() };
+        assert!(known.clone().with_numbers_of(&smooth).is_none());
         let mut elsewhere = other.clone();
         elsewhere.tendons[0].points[1][2] += 1e-4;
         assert!(known.with_numbers_of(&elsewhere).is_none());
