@@ -18,20 +18,47 @@ use hysteron_rig::session::{Outcome, RecordOptions, RigRecorder, RigSession};
 use hysteron_rig::{Hardware, LiveRig, Result};
 use hysteron_virtual_rig::emulator::{Options, ServoEmulator, Timing};
 use hysteron_virtual_rig::virtual_rig::World;
+use std::cell::RefCell;
 use std::path::PathBuf;
+use std::rc::{Rc, Weak};
 use std::sync::{PoisonError, RwLock, RwLockReadGuard};
 
 /// Rigs in real time share the processor; the campaign with its many takes it for itself.
 static TURN: RwLock<()> = RwLock::new(());
 
-/// Waits until the campaign is not at work.
-pub fn turn() -> RwLockReadGuard<'static, ()> {
-    TURN.read().unwrap_or_else(PoisonError::into_inner)
+/// Share of the processor while the campaign is not at work.
+pub type Turn = Rc<RwLockReadGuard<'static, ()>>;
+
+thread_local! {
+    static HELD: RefCell<Weak<RwLockReadGuard<'static, ()>>> = const { RefCell::new(Weak::new()) };
+}
+
+/// Waits until the campaign is not at work. A test that has its turn already keeps it for another rig: a second lock
+/// would wait behind the campaign, and that for the first one.
+pub fn turn() -> Turn {
+    HELD.with_borrow_mut(|held| {
+        held.upgrade().unwrap_or_else(|| {
+            let turn = Rc::new(TURN.read().unwrap_or_else(PoisonError::into_inner));
+            *held = Rc::downgrade(&turn);
+            turn
+        })
+    })
+}
+
+#[test]
+fn a_test_with_two_rigs_does_not_wait_for_the_campaign_that_waits_for_it() {
+    let first = turn();
+    let campaign = std::thread::spawn(|| drop(TURN.write()));
+    // The writer is in the queue by now, mostly; the test passes in any order.
+    std::thread::sleep(std::time::Duration::from_millis(50));
+    drop(turn());
+    drop(first);
+    campaign.join().unwrap();
 }
 
 /// A rig without tracker, on a port.
 pub struct Stand {
-    _turn: RwLockReadGuard<'static, ()>,
+    _turn: Turn,
     pub emulator: ServoEmulator,
     pub rig: RigConfig,
     folder: tempfile::TempDir,

@@ -1,6 +1,6 @@
 //! A whole virtual rig on its ports, and a probe between it and the session that breaks things and takes notes.
 
-use super::turn;
+use super::{Turn, turn};
 use hysteron_rig::bus::{BusCounts, ServoReport};
 use hysteron_rig::calibration::{RigCalibration, calibrate};
 use hysteron_rig::config::RigConfig;
@@ -13,7 +13,7 @@ use std::cell::Cell;
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
-use std::sync::{OnceLock, RwLockReadGuard};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// Seed of the robot: initial positions of its servos, and its noise.
@@ -39,7 +39,7 @@ pub struct Rig {
     _poses: PoseDelivery,
     folder: tempfile::TempDir,
     #[expect(dead_code, reason = "held as long as the rig is")]
-    turn: Option<RwLockReadGuard<'static, ()>>,
+    turn: Option<Turn>,
 }
 
 impl Rig {
