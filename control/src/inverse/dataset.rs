@@ -153,8 +153,8 @@ pub struct Dataset {
 
 impl Dataset {
     /// Splits demonstrations: those named in `held_out` are validated on; without names a sixth of every kind of
-    /// motion, and at least one where there are two, drawn by `seed`: real ones, and synthetic ones of the kinds
-    /// that no real one is left for.
+    /// motion, and at least one where there are two, drawn by `seed` from the real ones, or from the synthetic ones where
+    /// there is no real one.
     ///
     /// # Errors
     /// Fewer than two demonstrations, none left to learn from, a name that is not among them, or different robots,
@@ -175,16 +175,27 @@ impl Dataset {
         Ok(Self { training, validation, step, n_tendons, axes })
     }
 
+    /// The demonstrations of one origin, split as here; none where none of them is left to learn from.
+    pub fn only(&self, origin: DataOrigin) -> Option<Self> {
+        let theirs = |all: &[Demonstration]| -> Vec<Demonstration> {
+            all.iter().filter(|one| one.origin == origin).cloned().collect()
+        };
+        let only = Self { training: theirs(&self.training), validation: theirs(&self.validation), ..*self };
+        (!only.training.is_empty() && !only.validation.is_empty()).then_some(only)
+    }
+
     /// How many demonstrations to learn from have this origin.
     pub fn count(&self, origin: DataOrigin) -> usize {
         self.training.iter().filter(|one| one.origin == origin).count()
     }
 
-    /// Kinds of motion in training that validation lacks, with the names of their training demonstrations.
+    /// Kinds of motion in training that validation lacks, with the names of their training demonstrations: of the rig, where
+    /// some are of one.
     pub fn unvalidated(&self) -> Vec<(String, Vec<String>)> {
         let validated: Vec<String> = self.validation.iter().map(Demonstration::kind).collect();
         let mut left: std::collections::BTreeMap<String, Vec<String>> = std::collections::BTreeMap::new();
-        for one in &self.training {
+        let is_validated = |origin| self.validation.iter().any(|one| one.origin == origin);
+        for one in self.training.iter().filter(|one| is_validated(one.origin)) {
             let kind = one.kind();
             if !validated.contains(&kind) {
                 left.entry(kind).or_default().push(one.name.clone());
@@ -245,24 +256,12 @@ fn check_alike(all: &[Demonstration]) -> Result<(), BadInput> {
     Ok(())
 }
 
-/// Names of what to validate on: some of every kind of motion of the real demonstrations, and of the kinds that
-/// these leave out, of the synthetic ones.
+/// Names of what to validate on: some of every kind of motion. Synthetic demonstrations show how well a twin is learned, not
+/// its robot: they are validated on only where there is no real one.
 fn drawn(all: &[Demonstration], seed: u64) -> Vec<String> {
-    let mut stream = rng(seed, "inverse/held-out");
-    let kinds: Vec<String> = all.iter().map(Demonstration::kind).collect();
-    let mut draw = |indices: &[usize]| -> Vec<usize> {
-        let kinds: Vec<String> = indices.iter().map(|&k| kinds[k].clone()).collect();
-        draw_validation(&kinds, &mut stream).into_iter().map(|k| indices[k]).collect()
-    };
-    let of = |origin| -> Vec<usize> { (0..all.len()).filter(|&k| all[k].origin == origin).collect() };
-    let mut found = draw(&of(DataOrigin::Real));
-    let covered: Vec<&String> = found.iter().map(|&k| &kinds[k]).collect();
-    let left: Vec<usize> =
-        of(DataOrigin::Synthetic).into_iter().filter(|&k| !covered.contains(&&kinds[k])).collect();
-    // A kind with a single synthetic demonstration is for training; the last of all would be a kind without
-    // training.
-    let has_pair = |k: &usize| left.iter().filter(|&&l| kinds[l] == kinds[*k]).count() > 1;
-    let pairs: Vec<usize> = left.iter().copied().filter(has_pair).collect();
-    found.extend(draw(if found.is_empty() { &left } else { &pairs }));
-    found.into_iter().map(|k| all[k].name.clone()).collect()
+    let real: Vec<&Demonstration> = all.iter().filter(|one| one.origin == DataOrigin::Real).collect();
+    let usable = if real.is_empty() { all.iter().collect() } else { real };
+    let kinds: Vec<String> = usable.iter().map(|one| one.kind()).collect();
+    let drawn = draw_validation(&kinds, &mut rng(seed, "inverse/held-out"));
+    drawn.into_iter().map(|k| usable[k].name.clone()).collect()
 }

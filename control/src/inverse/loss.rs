@@ -83,7 +83,8 @@ impl Loss {
         errors
     }
 
-    /// The sums over a truncation length, and the gradient of the mean loss by its outputs.
+    /// The sums over a truncation length, and the gradient of the mean loss by its outputs. Behind the squares of the strokes comes
+    /// that of the tip, as the loss has it.
     pub fn evaluate(
         &self,
         rows: &[TrajectoryArrays],
@@ -94,7 +95,7 @@ impl Loss {
         let n = self.gain.len();
         let width = n * rows.len();
         let errors = self.errors(rows, start, outputs);
-        let mut sums = Evaluation { squares: vec![0.0; n], ..Evaluation::default() };
+        let mut sums = Evaluation { squares: vec![0.0; n + 1], ..Evaluation::default() };
         for k in 0..outputs.len() / n {
             let (i, row) = (start + k / rows.len(), &rows[k % rows.len()]);
             let weight = row.weight.get(i).copied().unwrap_or(0.0);
@@ -103,7 +104,9 @@ impl Loss {
             }
             let at = k * n;
             sums.count += f64::from(weight);
-            sums.loss += f64::from(self.sample(row, i, &errors[at..at + n], &mut gradient[at..at + n]));
+            let (loss, tip) = self.sample(row, i, &errors[at..at + n], &mut gradient[at..at + n]);
+            sums.loss += f64::from(loss);
+            sums.squares[n] += f64::from(tip);
             for (sum, error) in sums.squares.iter_mut().zip(&errors[at..at + n]) {
                 *sum += f64::from(error * error);
             }
@@ -119,31 +122,33 @@ impl Loss {
         sums
     }
 
-    /// Terms of one sample, and their gradient by its errors.
-    fn sample(&self, row: &TrajectoryArrays, i: usize, errors: &[f32], gradient: &mut [f32]) -> f32 {
+    /// Terms of one sample, of all and of its tip, and their gradient by its errors.
+    fn sample(&self, row: &TrajectoryArrays, i: usize, errors: &[f32], gradient: &mut [f32]) -> (f32, f32) {
         let n = errors.len();
         let per_tendon = 1.0 / n as f32;
         let mut loss = per_tendon * errors.iter().map(|e| e * e).sum::<f32>();
         for (gradient, error) in gradient.iter_mut().zip(errors) {
             *gradient += 2.0 * per_tendon * error;
         }
+        let mut at_tip = 0.0;
         if !row.jacobian.is_empty() {
             let size = row.jacobian.len() / row.len();
             let weight = self.tip * n as f32 / size as f32;
             for axis in row.jacobian[size * i..size * (i + 1)].chunks_exact(n) {
                 let tip: f32 = axis.iter().zip(errors).map(|(j, e)| j * e).sum();
-                loss += weight * tip * tip;
+                at_tip += weight * tip * tip;
                 for (gradient, j) in gradient.iter_mut().zip(axis) {
                     *gradient += 2.0 * weight * j * tip;
                 }
             }
         }
+        loss += at_tip;
         let short = self.co_contraction_min - row.pull[i] - per_tendon * errors.iter().sum::<f32>();
         if short > 0.0 {
             loss += self.pull * short * short;
             gradient.iter_mut().for_each(|gradient| *gradient -= 2.0 * self.pull * short * per_tendon);
         }
-        loss
+        (loss, at_tip)
     }
 
     /// The term of the change from the errors at `before` to those at `at`.

@@ -6,6 +6,7 @@
 //! update a sample, and corrects a static regression.
 
 mod axes;
+mod candidate;
 mod controller;
 mod dataset;
 mod delay;
@@ -25,6 +26,7 @@ mod workspace;
 use hysteron_base::BadInput;
 
 pub use axes::{Axes, TipPosition};
+pub use candidate::Candidate;
 pub use controller::{Commands, InverseController, SampleFlags};
 pub use dataset::{DataOrigin, Dataset, Demonstration};
 pub use delay::ahead;
@@ -33,7 +35,7 @@ pub use fit::FittedController;
 pub use loss::LossWeights;
 pub use model::{InverseDesign, InverseModel};
 pub use path_point::{PathPoint, PathSmoothing};
-pub use recurrent::fit_recurrent;
+pub use recurrent::{fit_recurrent, fit_regression};
 pub use recurrent_options::RecurrentOptions;
 pub use regression::StaticRegression;
 pub use training::{InverseOptions, InverseTraining, TrainedDesign, TrainedOn, WeightErrors};

@@ -5,9 +5,12 @@
 use std::ops::Range;
 
 use hysteron_base::BadInput;
-use hysteron_learn::{Evaluation, Network, Normaliser, SequenceTask, Sequences, TrainingSession, mean};
+use hysteron_learn::{
+    ChannelRange, Evaluation, FitResult, Network, Normaliser, SequenceOptions, SequenceTask, Sequences,
+    TrainingSession, WeightFormat, mean,
+};
 
-use super::fit::{ControllerParts, FittedController, StrokeDesign, run};
+use super::fit::{ControllerParts, FitOutcome, FittedController, StrokeDesign, run};
 use super::loss::{Loss, LossWeights, TrajectoryArrays};
 use super::path_point::PathPoint;
 use super::recurrent_options::RecurrentOptions;
@@ -104,6 +107,43 @@ pub fn fit_recurrent(
     outcome.into_fitted(data, training, parts)
 }
 
+/// The static regression alone, as a controller like the others: its network has one unit, and outputs without width.
+///
+/// # Errors
+/// Options out of range, a tip that does not move.
+pub fn fit_regression(data: &Dataset, options: &RecurrentOptions) -> Result<FittedController> {
+    options.check()?;
+    options.features(data, 0.0)?;
+    let Smoothed { training, delay_s, regression, regression_mm, without_delay_mm, workspace, .. } =
+        smoothed(data, options.smoothing, options.half_width_s, options.largest_delay_s)?;
+    let spec = options.features(data, delay_s)?;
+    let raw: Vec<Raw> = training.iter().map(|path| Raw::new(path, &spec, &regression)).collect();
+    let inputs = input_ranges(&raw, &spec)?;
+    let nothing = |k: usize| ChannelRange { name: correction(k), min: 0.0, max: 0.0 };
+    let outputs = Normaliser::new((0..data.n_tendons).map(nothing).collect())?;
+    let smallest = SequenceOptions { hidden: 1, layers: 1, ..options.learning.clone() };
+    let network = Network::new(&smallest.architecture(inputs.channels.len(), data.n_tendons), options.seed)?;
+    let training =
+        InverseTraining::of(TrainedDesign::Recurrent, InverseOptions::Recurrent(options.clone()), data);
+    let validation = mean(&regression_mm);
+    let result = FitResult { model: network, epochs: 0, validation, curve: Vec::new(), is_finished: true };
+    let parts = ControllerParts {
+        inputs,
+        outputs,
+        design: InverseDesign::Recurrent { features: spec, regression },
+        workspace,
+        weights: WeightFormat::Float32,
+        regressions_mm: [without_delay_mm, regression_mm.clone()],
+        delay_s,
+    };
+    FitOutcome { result, held_out_mm: regression_mm }.into_fitted(data, training, parts)
+}
+
+/// Name of the network's output for a tendon.
+fn correction(tendon: usize) -> String {
+    format!("correction_{}_m", tendon + 1)
+}
+
 /// A trajectory before it is normalised.
 struct Raw {
     /// Features (n × inputs).
@@ -153,7 +193,7 @@ fn input_ranges(training: &[Raw], spec: &FeatureSpec) -> Check<Normaliser> {
 /// Ranges of the residuals of the static regression.
 fn output_ranges(all: &[Demonstration], raw: &[Raw]) -> Check<Normaliser> {
     let n = all[0].n_tendons;
-    let names: Vec<String> = (1..=n).map(|k| format!("correction_{k}_m")).collect();
+    let names: Vec<String> = (0..n).map(correction).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let missing: Vec<f64> = all
         .iter()
@@ -201,14 +241,19 @@ impl Sequences for Trajectories<'_> {
         self.loss.evaluate(&self.rows, start, outputs, gradient.unwrap_or(&mut unasked))
     }
 
-    /// Of the strokes alone [mm].
+    /// Of the strokes, and of the tip where its Jacobian is known [mm].
     fn error(&self, all: &Evaluation) -> f64 {
-        mean(&all.mean_squares()).sqrt()
+        let squares = all.mean_squares();
+        let (tip, strokes) = squares.split_last().unwrap_or((&0.0, &[]));
+        (mean(strokes) + tip).sqrt()
     }
 }
 
 impl StrokeDesign for SequenceTask<'_, Trajectories<'_>> {
     fn squares(&mut self, network: &Network) -> hysteron_learn::Result<Vec<f64>> {
-        Ok(self.evaluate(network)?.mean_squares())
+        let mut squares = self.evaluate(network)?.mean_squares();
+        // Behind those of the strokes comes the tip's.
+        squares.pop();
+        Ok(squares)
     }
 }

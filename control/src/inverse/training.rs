@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::recurrent_options::RecurrentOptions;
-use super::{DataOrigin, Dataset, Demonstration};
+use super::{Candidate, DataOrigin, Dataset, Demonstration};
 
 /// The training of an inverse controller: data, options, errors in validation.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
@@ -14,6 +14,9 @@ pub struct InverseTraining {
     /// The design.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub design: Option<TrainedDesign>,
+    /// Which of the controllers that were compared it is; none where there was no comparison.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub candidate: Option<Candidate>,
     /// Options; none where a program of another version wrote them.
     #[serde(deserialize_with = "options_of_this_version", skip_serializing_if = "Option::is_none")]
     pub options: Option<InverseOptions>,

@@ -6,7 +6,7 @@ use std::path::Path;
 use hysteron_base::{Bounds, Channel, Metadata, Recording, rng};
 use hysteron_control::inverse::{
     Axes, Commands, DataOrigin, Dataset, Demonstration, FittedController, InverseController, InverseModel,
-    PUBLISHED, RecurrentOptions, TipPosition, fit_recurrent, fit_windowed,
+    PUBLISHED, RecurrentOptions, TipPosition, fit_recurrent, fit_regression, fit_windowed,
 };
 use hysteron_control::{Error, StrokeLimits};
 use hysteron_learn::{SequenceOptions, TrainingProgress, TrainingSession, WindowOptions};
@@ -139,6 +139,45 @@ fn backlash_is_taken_back_where_statics_cannot() {
     // Streaming is the same arithmetic in another order: f32 rounding of a correction of about a millimetre.
     let streamed: Vec<f64> = data.validation.iter().map(|one| rmse_mm(&fitted.model, one)).collect();
     assert!((root_mean(&streamed) - ours).abs() < 1e-4 * ours, "{streamed:?} {ours}");
+}
+
+#[test]
+fn the_regression_alone_is_a_controller_like_the_others() {
+    let data = dataset();
+    let fitted = fit_regression(&data, &quick()).unwrap();
+    assert_eq!(fitted.held_out_mm, fitted.regression_mm);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("h.safetensors");
+    fitted.model.write(&path).unwrap();
+    let read = InverseModel::read(&path).unwrap();
+    // Its network adds nothing: the strokes are those that the errors of the fit are of, to rounding.
+    let streamed: Vec<f64> = data.validation.iter().map(|one| rmse_mm(&read, one)).collect();
+    let expected = root_mean(&fitted.regression_mm);
+    assert!((root_mean(&streamed) - expected).abs() < 1e-9 * expected, "{streamed:?} {expected}");
+}
+
+#[test]
+fn synthetic_demonstrations_are_validated_on_only_without_real_ones() {
+    let of = |key: &str, value: &str| {
+        let mut meta = Metadata::default();
+        match key {
+            "scene" => meta.scene_hash = value.to_owned(),
+            key => drop(meta.extra.insert(key.to_owned(), value.to_owned())),
+        }
+        meta
+    };
+    let real = |k: u64| recorded(&format!("r{k}"), k, of("rig.sha256", "r"));
+    let synthetic = |k: u64| recorded(&format!("s{k}"), k, of("scene", "t"));
+    let origins = |all: Vec<Demonstration>| -> Vec<DataOrigin> {
+        Dataset::new(all, &[], 1).unwrap().validation.iter().map(|one| one.origin).collect()
+    };
+    let both = || (0..2).map(real).chain((2..9).map(synthetic));
+    assert_eq!(origins(both().collect()), [DataOrigin::Real]);
+    assert_eq!(origins((2..9).map(synthetic).collect()), [DataOrigin::Synthetic]);
+    let data = Dataset::new(both().collect(), &[], 1).unwrap();
+    let recorded = data.only(DataOrigin::Real).unwrap();
+    assert_eq!((recorded.training.len(), recorded.validation.len()), (1, 1));
+    assert_eq!(data.only(DataOrigin::Synthetic), None);
 }
 
 /// As many tendons as coordinates, each of which only one of them moves.

@@ -118,6 +118,43 @@ fn tables_without_a_plan_are_validated_on_every_kind_of_motion_as_reported() {
 }
 
 #[test]
+fn a_twin_compares_what_the_strokes_of_every_controller_do_to_its_tip() {
+    let place = tempfile::tempdir().unwrap();
+    run(place.path(), &RECORD).succeeded();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../meshes/tpu80/scene-typical.toml");
+    let plan = PLAN.replace("pairs", "synthetic")
+        + "\n[[draw]]\nname = \"rose\"\nrole = \"training\"\nfamily = \"rose\"\ncount = 2\nswings = [0.4, 2.4]\n\
+           amplitude_mm = [3, 4]\nperiod_s = [6, 7]\nattack_s = 1\nsustain_s = 3\ndecay_s = 1\n";
+    std::fs::write(place.path().join("roses.toml"), plan).unwrap();
+    run(place.path(), &["generate", scene, "--plan", "roses.toml", "--out", "made"]).succeeded();
+    let train = ["train", "data", "made", "--out", "h.safetensors", "--epochs", "2", "--hidden", "8"];
+    let done = run(place.path(), &[&train[..], &["--scene", scene]].concat()).succeeded();
+
+    let metrics = std::fs::read_to_string(place.path().join("h/metrics.json")).unwrap();
+    let metrics: serde_json::Value = json::from_text(metrics).unwrap();
+    let candidates = metrics["candidates"].as_array().unwrap();
+    let names: Vec<&str> = candidates.iter().filter_map(|one| one["candidate"].as_str()).collect();
+    assert_eq!(names, ["static_regression", "recorded_network", "network"]);
+    let tips: Vec<f64> = candidates.iter().filter_map(|one| one["tip_rmse_mm"].as_f64()).collect();
+    let least = tips.iter().copied().fold(f64::INFINITY, f64::min);
+    let expected = tips.iter().position(|tip| *tip <= 1.05 * least).unwrap();
+    let chosen = candidates.iter().position(|one| one["is_chosen"] == true).unwrap();
+    assert_eq!((chosen, &metrics["training"]["candidate"]), (expected, &candidates[chosen]["candidate"]));
+    // Two epochs of eight units end far from what the twin does by itself, and the report says so.
+    let twin = metrics["twin_tip_rmse_mm"].as_f64().unwrap();
+    assert!(twin < least, "{twin} {tips:?}");
+    assert!(done.stdout.contains("the twin itself: tip") && done.stderr.contains("the twin itself leads"));
+    let page = std::fs::read_to_string(place.path().join("h/report.html")).unwrap();
+    assert!(page.contains("static regression") && page.contains("the twin itself"));
+    let (checkpoint, target) = ("h.safetensors", "circle:10");
+    run(place.path(), &["command", checkpoint, "--target", target, "--out", "s.parquet"]).succeeded();
+    let refused = run(place.path(), &[&train[..], &["--scene", scene, "--design", "paper"]].concat());
+    assert!(refused.error(2).contains("--scene: expected the recurrent design"), "{}", refused.stderr);
+    let refused = run(place.path(), &[&train[..], &["--residual", "r.safetensors"]].concat());
+    assert!(refused.error(2).contains("--scene"), "{}", refused.stderr);
+}
+
+#[test]
 fn a_path_beyond_the_training_stands_in_the_report_of_its_tracking() {
     let place = tempfile::tempdir().unwrap();
     plain_tables(place.path());

@@ -283,6 +283,11 @@ impl Planner<'_> {
             step = step.with(self.made("generated"));
             n += Self::samples(&plan.training);
         }
+        let step = if self.study.residual.is_some() {
+            step.word("--scene").with(self.scene()).word("--residual").with(self.checkpoint())
+        } else {
+            step
+        };
         let step = step
             .option("--epochs", train.epochs)
             .option("--hidden", train.hidden)

@@ -19,6 +19,8 @@ pub(crate) struct TrainingPage<'a> {
     pub about: String,
     /// Whether the networks can be used.
     pub verdict: &'a Verdict,
+    /// Name, error of the strokes and error at the tip [mm] of controllers that were compared; empty where none were.
+    pub compared: Vec<[String; 3]>,
     /// One for each network.
     pub networks: &'a [FitReport],
     /// Further lines: name and value.
@@ -99,6 +101,15 @@ impl TrainingPage<'_> {
     pub fn write(&self, folder: &ReportFolder) -> anyhow::Result<()> {
         let mut page = Page::with_verdict(self.title, self.verdict, &self.about, self.command);
         self.warnings.iter().for_each(|warning| page.paragraph(&format!("Warning: {warning}.")));
+        if !self.compared.is_empty() {
+            page.heading("Controllers on recordings that they did not learn from");
+            let headings = ["Controller", "Strokes, rms [mm]", "Tip of the twin, rms [mm]"];
+            page.table(&headings, self.compared.iter().map(|row| row.to_vec()));
+            page.paragraph(
+                "The twin moves by the strokes of the controller and by the recorded ones; the distance of its tips counts. \
+                 Where a tendon hangs loose, a stroke can be off without any effect on the tip.",
+            );
+        }
         for (number, report) in self.networks.iter().enumerate() {
             if self.networks.len() > 1 {
                 page.heading(&format!("Network {}", number + 1));
@@ -188,6 +199,7 @@ mod tests {
             title: "Inverse controller",
             about: String::new(),
             verdict: &verdict,
+            compared: Vec::new(),
             networks: &networks,
             facts: Vec::new(),
             warnings: &warnings,

@@ -23,6 +23,7 @@ pub(super) fn write(folder: &ReportFolder, outcome: &Outcome) -> anyhow::Result<
             outcome.networks.len()
         ),
         verdict: &outcome.verdict,
+        compared: Vec::new(),
         networks: &outcome.networks,
         facts: floor.into_iter().collect(),
         warnings: &outcome.warnings,

@@ -1,10 +1,13 @@
 //! `hysteron train`: the inverse controller, from recordings of a rig and of a twin.
 
+mod compared;
+mod judge;
 mod options;
 mod outcome;
 mod page;
 mod run;
 
+pub use compared::CandidateErrors;
 pub use options::{Options, Weights};
 pub use outcome::Outcome;
 pub use run::run;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use hysteron_base::BadInput;
 
+use crate::shared::body::RobotBodyOptions;
 use crate::shared::paper_design::{DesignName, PaperDesign};
 use crate::shared::paths;
 
@@ -17,6 +18,17 @@ pub struct Options {
     /// Checkpoint to write, .safetensors
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub out: PathBuf,
+    /// Scene of the robot (scene.toml): its twin compares the static regression, the network of the recordings alone and the
+    /// network of all data on the validation recordings, by what their strokes do to its tip; the simplest that is within 5 % of
+    /// the best is written; recurrent only
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SCENE"))]
+    pub scene: Option<PathBuf>,
+    /// Checkpoint by hysteron fit-residual, of the same scene
+    #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT", requires = "scene"))]
+    pub residual: Option<PathBuf>,
+    /// The body that moves the scene's robot.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub body: RobotBodyOptions,
     /// Which network
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = DesignName::Recurrent))]
     pub design: DesignName,
@@ -69,6 +81,9 @@ impl Options {
         paths::check_checkpoint(&self.out)?;
         if self.design == DesignName::Paper && self.co_contraction_min_mm.is_some() {
             return Err(BadInput::new("--co-contraction-min-mm", "the recurrent design", "the paper's"));
+        }
+        if self.design == DesignName::Paper && self.scene.is_some() {
+            return Err(BadInput::new("--scene", "the recurrent design", "the paper's"));
         }
         if self.design == DesignName::Paper && self.weights != Weights::Float32 {
             return Err(BadInput::new("--weights", "the recurrent design", "the paper's"));

@@ -1,15 +1,18 @@
 //! The outcome of `train`.
 
 use hysteron_base::checks::Warning;
-use hysteron_control::inverse::{Dataset, FittedController, InverseTraining};
+use hysteron_base::number::digits;
+use hysteron_control::inverse::{Candidate, Dataset, InverseTraining};
 use hysteron_learn::FitReport;
-use hysteron_report::verdict::Verdict;
+use hysteron_report::verdict::{Criterion, Verdict};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::compared::{CandidateErrors, Compared, SAME};
 use crate::shared::outcome::MetricsFormat;
 use crate::shared::recording_checks::Findings;
 use crate::shared::training;
+use crate::shared::verdict::{ratio, repeated};
 use crate::{COMMIT, Context};
 
 /// The outcome of `train`.
@@ -21,7 +24,14 @@ pub struct Outcome {
     pub version: u32,
     /// Whether the controller can be used.
     pub verdict: Verdict,
-    /// Learning curve, and errors in validation next to those of the baselines: one entry.
+    /// The controllers that the twin of `--scene` compared, from the simplest on; empty where none was named.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub candidates: Vec<CandidateErrors>,
+    /// Distance of the tip that the recorded strokes bring that twin to from the one that was measured, root mean square in
+    /// validation: the error where the twin itself finds the strokes [mm].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub twin_tip_rmse_mm: Option<f64>,
+    /// Learning curve, and errors in validation next to those of the baselines: one entry for each network.
     pub networks: Vec<FitReport>,
     /// Where the network does no better than a baseline, and kinds of motion that are validated on nowhere.
     pub warnings: Vec<String>,
@@ -45,12 +55,20 @@ impl crate::shared::outcome::Outcome for Outcome {
 impl Outcome {
     pub(super) fn new(
         data: &Dataset,
-        fitted: &FittedController,
+        (compared, chosen, twin_tip_rmse_mm): (&[Compared], usize, Option<f64>),
         findings: &Findings,
         context: &Context,
     ) -> Self {
-        let networks = vec![fitted.report.clone()];
-        let mut warnings = training::losses(&networks);
+        let candidates = Compared::errors(compared, chosen);
+        let networks: Vec<FitReport> = compared
+            .iter()
+            .filter(|one| one.candidate != Candidate::StaticRegression)
+            .map(|one| one.fitted.report.clone())
+            .collect();
+        let judged = judged(&candidates, data.validation.len());
+        // What strokes alone say is no warning where the tip was judged.
+        let mut warnings = if judged.is_some() { Vec::new() } else { training::losses(&networks) };
+        warnings.extend(better_twin(&candidates, twin_tip_rmse_mm));
         for (kind, names) in data.unvalidated() {
             let names = names.join(", ");
             warnings.push(format!("motion of kind {kind} is learned from and validated on nowhere: {names}"));
@@ -58,13 +76,79 @@ impl Outcome {
         Self {
             format: MetricsFormat,
             version: 1,
-            verdict: training::verdict(&networks),
+            verdict: judged.unwrap_or_else(|| training::verdict(&networks)),
+            candidates,
+            twin_tip_rmse_mm,
             networks,
             warnings,
             recording_warnings: findings.warnings().to_vec(),
-            training: fitted.model.training.clone(),
+            training: compared[chosen].fitted.model.training.clone(),
             command: context.command.clone(),
             commit: COMMIT.to_owned(),
         }
     }
+}
+
+impl Outcome {
+    /// Lines that compare the controllers, and the twin that compared them.
+    pub(super) fn comparison(&self) -> Vec<String> {
+        let rows = self.rows();
+        rows.iter()
+            .map(|[name, strokes, tip]| format!("{name}: tip {tip} mm, strokes {strokes} mm"))
+            .collect()
+    }
+
+    /// Name, error of the strokes and error at the tip [mm] of every controller, and of the twin where one compared them.
+    pub(super) fn rows(&self) -> Vec<[String; 3]> {
+        let shown = |error: Option<f64>| error.map_or("-".to_owned(), digits);
+        let mut rows: Vec<[String; 3]> = self
+            .candidates
+            .iter()
+            .map(|one| {
+                let mark = if one.is_chosen { ", written" } else { "" };
+                let name = format!("{}{mark}", one.candidate.name());
+                [name, digits(one.stroke_rmse_mm), shown(one.tip_rmse_mm)]
+            })
+            .collect();
+        if !rows.is_empty() {
+            rows.push(["the twin itself".to_owned(), shown(None), shown(self.twin_tip_rmse_mm)]);
+        }
+        rows
+    }
+}
+
+/// Whether the best of the controllers that the twin compared can be used; none where it compared none.
+fn judged(candidates: &[CandidateErrors], n_validation: usize) -> Option<Verdict> {
+    let chosen = candidates.iter().find(|one| one.is_chosen)?;
+    let tip = chosen.tip_rmse_mm?;
+    let claim = format!(
+        "the {} leads the tip within {} mm on recordings that it did not learn from",
+        chosen.candidate.name(),
+        digits(tip)
+    );
+    let mut verdict = Verdict::on(claim);
+    let simplest = candidates.first().filter(|one| !one.is_chosen);
+    if let Some((simplest, baseline)) = simplest.and_then(|one| Some((one, one.tip_rmse_mm?))) {
+        verdict = verdict.because(
+            Criterion::ErrorOverBaseline,
+            ratio(tip, baseline),
+            format!("the {} leads it within {} mm", simplest.candidate.name(), digits(baseline)),
+        );
+    }
+    Some(repeated(verdict, n_validation, "recording in validation").verdict())
+}
+
+/// A sentence that names the twin where it leads the tip closer than the best controller.
+fn better_twin(candidates: &[CandidateErrors], twin_mm: Option<f64>) -> Option<String> {
+    let (chosen, twin_mm) = (candidates.iter().find(|one| one.is_chosen)?, twin_mm?);
+    let tip_mm = chosen.tip_rmse_mm?;
+    ((1.0 + SAME) * twin_mm < tip_mm).then(|| {
+        format!(
+            "the twin itself leads the tip within {} mm, the {} within {} mm: with `--scene` `hysteron command` and \
+             `hysteron track` find the strokes through the twin, at a step of it a sample",
+            digits(twin_mm),
+            chosen.candidate.name(),
+            digits(tip_mm)
+        )
+    })
 }

@@ -12,7 +12,7 @@ use crate::shared::training::TrainingPage;
 /// Files that cannot be written.
 pub(super) fn write(folder: &ReportFolder, outcome: &Outcome) -> anyhow::Result<()> {
     folder.write_metrics(outcome)?;
-    let count = |of: fn(&hysteron_learn::FitReport) -> usize| outcome.networks.iter().map(of).sum::<usize>();
+    let count = |of: fn(&hysteron_learn::FitReport) -> usize| outcome.networks.last().map_or(0, of);
     let page = TrainingPage {
         title: "Inverse controller",
         about: format!(
@@ -21,6 +21,7 @@ pub(super) fn write(folder: &ReportFolder, outcome: &Outcome) -> anyhow::Result<
             count(|report| report.validation.len()),
         ),
         verdict: &outcome.verdict,
+        compared: outcome.rows(),
         networks: &outcome.networks,
         facts: facts(outcome),
         warnings: &outcome.warnings,

@@ -3,12 +3,14 @@
 use hysteron_base::BadInput;
 use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_control::inverse::{
-    Axes, DataOrigin, Dataset, Demonstration, LossWeights, PUBLISHED, RecurrentOptions, fit_recurrent,
-    fit_windowed,
+    Axes, Candidate, DataOrigin, Dataset, Demonstration, FittedController, LossWeights, PUBLISHED,
+    RecurrentOptions, fit_recurrent, fit_regression, fit_windowed,
 };
 use hysteron_learn::{Epoch, TrainingProgress, TrainingSession, WeightFormat};
 use hysteron_report::folder::ReportFolder;
 
+use super::compared::{Compared, candidates, training_file};
+use super::judge::Judge;
 use super::options::{Options, Weights};
 use super::outcome::Outcome;
 use super::page;
@@ -31,35 +33,68 @@ pub fn run(options: &Options, context: &Context) -> Result<Outcome, WorkflowErro
 fn train(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     options.check()?;
     let inputs = inputs::read(&options.recordings)?;
-    let outputs = Outputs::reading(inputs.iter().map(|input| &input.path));
+    let outputs = Outputs::reading(inputs.iter().map(|input| &input.path)).and(&options.scene);
+    let outputs = outputs.and(&options.residual).and(&options.body.reduced);
     let figures = paths::report_folder(&options.out, options.figures.as_deref());
     let outputs = outputs.file("--out", &options.out).report("--figures", Some(&figures));
     let _lock = outputs.check(context)?;
     let findings = recording_checks::of_inputs(&inputs, &CheckContext::new(Purpose::Fit))?;
-    let data = dataset(options, &inputs, context)?;
+    let mut data = dataset(options, &inputs, context)?;
     context.listen();
-    let unfinished = Unfinished::new(&options.out, vec![options.out.with_extension("training")]);
-    let mut display = EpochDisplay { bar: None, context };
-    let mut progress = |progress: &TrainingProgress| display.show(progress);
-    let file = unfinished.files.first().map(std::path::PathBuf::as_path);
-    let mut session = TrainingSession { file, progress: &mut progress };
-    let fitted = match options.design {
-        DesignName::Recurrent => fit_recurrent(&data, &recurrent(options), &mut session),
-        DesignName::Paper => {
-            let Options { epochs, hidden, seed, .. } = *options;
-            fit_windowed(&data, &options.paper.options(PUBLISHED, [epochs, hidden], seed), &mut session)
+    let judge = Judge::of(options, &mut data, context)?;
+    let candidates = candidates(options, &data);
+    let files = candidates.iter().filter_map(|one| training_file(&options.out, *one)).collect();
+    let unfinished = Unfinished::new(&options.out, files);
+    let mut compared: Vec<Compared> = Vec::new();
+    for candidate in candidates {
+        let fitted = fit(candidate, options, &data, context)?;
+        let is_finished = fitted.is_finished;
+        compared.push(Compared::new(candidate, fitted, judge.as_ref(), &data, context)?);
+        if !is_finished {
+            break;
         }
-    };
-    display.end();
-    let mut fitted = fitted?;
-    fitted.model.training.provenance = Some(context.provenance());
-    fitted.model.write(&options.out)?;
-    let outcome = Outcome::new(&data, &fitted, &findings, context);
+    }
+    let is_finished = compared.iter().all(|one| one.fitted.is_finished);
+    let chosen = Compared::best(&compared);
+    let model = &mut compared[chosen].fitted.model;
+    model.training.provenance = Some(context.provenance());
+    model.write(&options.out)?;
+    let own_mm = judge.and_then(|judge| judge.own_error_mm(&data.validation));
+    let outcome = Outcome::new(&data, (&compared, chosen, own_mm), &findings, context);
     print(&outcome, context);
     page::write(&ReportFolder { path: &figures, png: false }, &outcome)?;
     context.reported(&figures);
-    unfinished.end(fitted.is_finished, context)?;
+    unfinished.end(is_finished, context)?;
     Ok(outcome)
+}
+
+/// Fits a controller, or goes on from the file of its training.
+fn fit(
+    candidate: Candidate,
+    options: &Options,
+    data: &Dataset,
+    context: &Context,
+) -> anyhow::Result<FittedController> {
+    if options.scene.is_some() {
+        tracing::info!("{}", candidate.name());
+    }
+    let recorded = data.only(DataOrigin::Real);
+    // What a robot does is in its recordings, where there are some.
+    let data = if candidate == Candidate::Network { data } else { recorded.as_ref().unwrap_or(data) };
+    let mut display = EpochDisplay { bar: None, context };
+    let mut progress = |progress: &TrainingProgress| display.show(progress);
+    let file = training_file(&options.out, candidate);
+    let mut session = TrainingSession { file: file.as_deref(), progress: &mut progress };
+    let fitted = match (candidate, options.design) {
+        (Candidate::StaticRegression, _) => fit_regression(data, &recurrent(options)),
+        (_, DesignName::Recurrent) => fit_recurrent(data, &recurrent(options), &mut session),
+        (_, DesignName::Paper) => {
+            let Options { epochs, hidden, seed, .. } = *options;
+            fit_windowed(data, &options.paper.options(PUBLISHED, [epochs, hidden], seed), &mut session)
+        }
+    };
+    display.end();
+    Ok(fitted?)
 }
 
 fn dataset(options: &Options, inputs: &[Input], context: &Context) -> anyhow::Result<Dataset> {
@@ -143,6 +178,9 @@ fn print(outcome: &Outcome, context: &Context) {
         };
         report.channels.iter().for_each(|channel| line(&channel.name, &channel.errors));
         line("all strokes", &report.together());
+    }
+    for line in outcome.comparison() {
+        context.print(line);
     }
     outcome.warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
 }

@@ -1,0 +1,156 @@
+//! The twin as a judge of strokes: where they and the recorded ones bring its tip, which a robot with friction and slack does
+//! not show in the strokes themselves.
+//!
+//! Where a tendon hangs loose or a joint sticks, a stroke can be off by half a millimetre without any effect. So the twin moves
+//! twice, by the strokes of a controller and by those that were recorded, and the distance of its tips counts. Errors that it
+//! makes either way cancel.
+
+use hysteron_base::{Channel, Metadata, Recording, parallel};
+use hysteron_control::inverse::{Dataset, Demonstration, InverseModel, TipPosition};
+use hysteron_twin::Twin;
+use hysteron_twin::synthetic::{RecordedStrokes, SyntheticOutcome, synthesise};
+
+use super::options::Options;
+use crate::shared::error::Cancelled;
+use crate::shared::network::{Network, plant};
+use crate::{Context, Progress};
+
+/// A twin, with its residual network or without, that has followed the recorded strokes.
+pub(super) struct Judge {
+    twin: Twin,
+    network: Option<Network>,
+    /// Where they brought the tip, of each validation demonstration (n_samples) [m]; none where it could not follow.
+    recorded: Vec<Option<Vec<TipPosition>>>,
+}
+
+impl Judge {
+    /// The twin of the scene that was named, after it has followed the strokes of all recordings of `data`, which get their
+    /// Jacobians by it, so that a network learns what its strokes do to the tip. None where no scene was named.
+    ///
+    /// # Errors
+    /// A scene or a checkpoint that cannot be read, or that do not belong together; recordings of another robot.
+    pub(super) fn of(
+        options: &Options,
+        data: &mut Dataset,
+        context: &Context,
+    ) -> anyhow::Result<Option<Self>> {
+        let Some(path) = &options.scene else { return Ok(None) };
+        let scene = options.body.scene(path)?;
+        let twin = Twin::from_scene(&scene)?;
+        let network =
+            options.residual.as_deref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
+        let mut judge = Self { twin, network, recorded: Vec::new() };
+        judge.follow(&mut data.training, context)?;
+        judge.recorded = judge.follow(&mut data.validation, context)?;
+        Ok(Some(judge))
+    }
+
+    fn follow(
+        &self,
+        all: &mut [Demonstration],
+        context: &Context,
+    ) -> anyhow::Result<Vec<Option<Vec<TipPosition>>>> {
+        let is_new = |one: &Demonstration| one.jacobian.is_empty();
+        let strokes = all.iter().map(|one| is_new(one).then(|| one.strokes.clone())).collect::<Vec<_>>();
+        let found = self.moved(all, &strokes, context)?;
+        let kept = all.iter_mut().zip(found).map(|(one, moved)| {
+            // Synthetic data are the twin's own.
+            let Some(moved) = moved else { return (!is_new(one)).then(|| one.tip.clone()) };
+            one.jacobian = moved.jacobian;
+            Some(moved.tip)
+        });
+        Ok(kept.collect())
+    }
+
+    /// Distance of the tip that the recorded strokes bring the twin to from the one that was measured, root mean square over
+    /// the validation [mm]: the error of the robot where the twin leads its own tip along the path. None where it cannot follow.
+    pub(super) fn own_error_mm(&self, validation: &[Demonstration]) -> Option<f64> {
+        let pairs = validation.iter().zip(&self.recorded);
+        let of = pairs.map(|(one, made)| Some(squares(one, made.as_deref()?, &one.tip)));
+        Some(root_mean_mm(&of.collect::<Option<Vec<_>>>()?))
+    }
+
+    /// Distance of the tips that a controller's strokes and the recorded ones bring the twin to, root mean square over
+    /// the validation [mm]. None where the twin cannot follow.
+    ///
+    /// # Errors
+    /// Those of the model; an interruption.
+    pub(super) fn tip_error_mm(
+        &self,
+        model: &InverseModel,
+        validation: &[Demonstration],
+        context: &Context,
+    ) -> anyhow::Result<Option<f64>> {
+        let command = |one: &Demonstration| -> anyhow::Result<Option<Vec<f64>>> {
+            Ok(Some(model.command(&one.tip, model.limits, &mut |_| true)?.strokes))
+        };
+        let strokes = validation.iter().map(command).collect::<anyhow::Result<Vec<_>>>()?;
+        let found = self.moved(validation, &strokes, context)?;
+        let sums = found.iter().zip(&self.recorded).zip(validation);
+        let sums =
+            sums.map(|((moved, made), one)| Some(squares(one, &moved.as_ref()?.tip, made.as_deref()?)));
+        Ok(sums.collect::<Option<Vec<_>>>().map(|sums| root_mean_mm(&sums)))
+    }
+
+    /// The demonstrations that the twin gives with these strokes; none where there are none, or it cannot follow.
+    fn moved(
+        &self,
+        all: &[Demonstration],
+        strokes: &[Option<Vec<f64>>],
+        context: &Context,
+    ) -> anyhow::Result<Vec<Option<Demonstration>>> {
+        let jobs: Vec<(&Demonstration, &[f64])> =
+            all.iter().zip(strokes).filter_map(|(one, strokes)| Some((one, strokes.as_deref()?))).collect();
+        let bar = context.progress("samples by the twin", jobs.iter().map(|(one, _)| one.len()).sum(), 0);
+        let mut found =
+            parallel::try_map(&jobs, |(one, strokes)| self.rolled_out(one, strokes, &*bar, context))?
+                .into_iter();
+        bar.finish();
+        Ok(strokes.iter().map(|strokes| strokes.as_ref().and_then(|_| found.next().flatten())).collect())
+    }
+
+    /// The demonstration that the twin gives with these strokes; none where it cannot follow them.
+    fn rolled_out(
+        &self,
+        one: &Demonstration,
+        strokes: &[f64],
+        bar: &dyn Progress,
+        context: &Context,
+    ) -> anyhow::Result<Option<Demonstration>> {
+        let n = one.n_tendons;
+        let time = (0..strokes.len() / n).map(|i| i as f64 * one.step).collect();
+        let series = |k: usize| strokes.iter().skip(k).step_by(n).copied().collect();
+        let channels = (0..n).map(|k| Channel::new(format!("stroke_{}_m", k + 1), series(k))).collect();
+        let commands = Recording::new(time, channels, Vec::new(), Metadata::default())?;
+        let mut plant = plant(self.network.as_ref(), &self.twin, one.step)?;
+        let mut go_on = || {
+            bar.inc(1);
+            !context.is_cancelled()
+        };
+        let mut drive = RecordedStrokes::new(&self.twin, &commands)?;
+        match synthesise(&self.twin, &mut *plant, &mut drive, Metadata::default(), &mut go_on)? {
+            SyntheticOutcome::Made(moved) => {
+                Ok(Some(Demonstration::new(&one.name, &one.hash, &moved, one.axes)?))
+            }
+            SyntheticOutcome::Dropped(sample, why) => {
+                tracing::warn!("{}: the twin cannot follow at sample {sample}: {why}", one.name);
+                Ok(None)
+            }
+            SyntheticOutcome::Ended => Err(Cancelled::new(String::new()).into()),
+        }
+    }
+}
+
+/// Sum of the squared distances of samples that were measured [m²], and their number.
+fn squares(one: &Demonstration, tips: &[TipPosition], goals: &[TipPosition]) -> (f64, f64) {
+    let samples = tips.iter().zip(goals).zip(&one.gap).filter(|(_, gap)| !**gap);
+    samples.fold((0.0, 0.0), |(sum, count), ((tip, goal), _)| {
+        let square = (0..one.axes.len()).map(|c| (tip[c] - goal[c]).powi(2)).sum::<f64>();
+        (sum + square, count + 1.0)
+    })
+}
+
+fn root_mean_mm(sums: &[(f64, f64)]) -> f64 {
+    let (square, count) = sums.iter().fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+    1e3 * (square / f64::max(count, 1.0)).sqrt()
+}
