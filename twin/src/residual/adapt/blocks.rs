@@ -1,12 +1,11 @@
-//! Motion in blocks: each is the test block in turn.
+//! Motion in blocks: each is the test block in turn. A change must help along a motion that it was not found on, so that whole
+//! motions are blocks where there are two.
 
 use std::ops::Range;
 
 use crate::motion::RobotMotion;
 
-/// Fewest motions that are blocks as they are; fewer are cut.
-const MIN_WHOLE: usize = 3;
-/// Number of blocks into which all motions together are cut, and the shortest duration of a block [s].
+/// Number of blocks into which a single motion is cut, and the shortest duration of a block [s].
 const PIECES: usize = 6;
 const SHORTEST_S: f64 = 4.0;
 
@@ -19,12 +18,12 @@ pub(super) struct MotionBlock {
     pub samples: Range<usize>,
 }
 
-/// Whole motions, or blocks of them where there are few.
+/// Whole motions, or pieces of a single one.
 pub(super) fn blocks(motions: &[RobotMotion]) -> Vec<MotionBlock> {
     let pieces = |(motion, of): (usize, &RobotMotion)| {
         let n = of.len();
         let most = (n as f64 * of.step / SHORTEST_S) as usize;
-        let count = if motions.len() >= MIN_WHOLE { 1 } else { (PIECES / motions.len()).min(most).max(1) };
+        let count = if motions.len() > 1 { 1 } else { PIECES.min(most).max(1) };
         (0..count).map(move |k| MotionBlock { motion, samples: k * n / count..(k + 1) * n / count })
     };
     motions.iter().enumerate().flat_map(pieces).collect()

@@ -73,6 +73,8 @@ const FRICTION_STEP: f64 = 0.2;
 const ZEROS: Bounds = Bounds { min: -3e-3, max: 3e-3 };
 const MAX_PLAY: f64 = 2e-3;
 const FRICTION: Bounds = Bounds { min: 0.2, max: 5.0 };
+/// Standard errors by which the gain of a change must be above zero: 95 % for many blocks.
+const SIGNIFICANT: f64 = 2.0;
 /// Times that the fit to all motion repeats its own rollout: a tendon that has gone slack is not linear in
 /// its zero.
 const ROUNDS: usize = 2;
@@ -320,14 +322,24 @@ impl<'a> AdaptSearch<'a> {
             .enumerate()
             .filter_map(|(number, kept)| Some((*kept, error(number)?)))
             .collect();
-        Ok(Some(TestEvaluation { kept: self.decide(&held_out_m), held_out_m, weight }))
+        let of_blocks = |kept: AdaptedParts| -> Vec<f64> {
+            let number = AdaptedParts::ALL.iter().position(|parts| *parts == kept).unwrap_or(0);
+            all.iter().filter_map(|block| Some(block[number].1?.root_mean())).collect()
+        };
+        let kept = self.decide(&held_out_m, &of_blocks);
+        Ok(Some(TestEvaluation { kept, held_out_m, weight }))
     }
 
-    /// Parts with a smaller error on test blocks than all with fewer numbers, by enough.
-    fn decide(&self, held_out_m: &[(AdaptedParts, f64)]) -> AdaptedParts {
+    /// Parts with a smaller error on test blocks than all with fewer numbers, by enough and beyond what blocks scatter.
+    fn decide(
+        &self,
+        held_out_m: &[(AdaptedParts, f64)],
+        of_blocks: &dyn Fn(AdaptedParts) -> Vec<f64>,
+    ) -> AdaptedParts {
         let mut best = held_out_m[0];
         for candidate in &held_out_m[1..] {
-            if candidate.1 < (1.0 - self.options.least_gain) * best.1 {
+            let is_gain = candidate.1 < (1.0 - self.options.least_gain) * best.1;
+            if is_gain && is_consistent(&of_blocks(best.0), &of_blocks(candidate.0)) {
                 best = *candidate;
             }
         }
@@ -409,6 +421,16 @@ fn moved(motion: &RolloutErrors, columns: &[[Vec<f64>; 3]], p: &[f64]) -> Rollou
     moved
 }
 
+/// Whether errors fall from block to block by more than chance would have it: the mean of ln(before / after) is above its
+/// standard error [`SIGNIFICANT`] times.
+fn is_consistent(before: &[f64], after: &[f64]) -> bool {
+    let gains: Vec<f64> = before.iter().zip(after).map(|(before, after)| (before / after).ln()).collect();
+    let n = gains.len() as f64;
+    let mean = gains.iter().sum::<f64>() / n;
+    let variance = gains.iter().map(|gain| (gain - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    mean > SIGNIFICANT * (variance / n).sqrt()
+}
+
 fn mean_of(flags: &[bool]) -> f64 {
     flags.iter().filter(|flag| **flag).count() as f64 / flags.len().max(1) as f64
 }
@@ -446,5 +468,21 @@ impl Squares {
 
     fn root_mean(self) -> f64 {
         (self.sum / self.count.max(1.0)).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gain_on_one_motion_and_a_loss_on_another_is_chance() {
+        assert!(is_consistent(&[1.0, 1.2, 0.9], &[0.6, 0.8, 0.5]));
+        // Better in the mean of the squares by far more than a tenth, and worse on two of three motions.
+        assert!(!is_consistent(&[2.0, 0.5, 0.5], &[1.0, 0.7, 0.6]));
+        // Two motions tell where they agree.
+        assert!(is_consistent(&[1.0, 1.0], &[0.7, 0.65]));
+        assert!(!is_consistent(&[1.0, 1.0], &[0.95, 0.5]));
+        assert!(!is_consistent(&[1.0, 1.0], &[1.0, 1.0]));
     }
 }
