@@ -29,7 +29,7 @@ use std::path::PathBuf;
 use hysteron_learn::{FitReport, FitResult, Network, TrainingProgress, TrainingSession, TrainingTask, fit};
 use serde::Serialize;
 
-pub use adapt::{Adapted, MotionErrors, adapt, n_samples};
+pub use adapt::{AdaptMotions, Adapted, MotionErrors, adapt, n_samples};
 pub use adaptation::{AdaptOptions, Adaptation};
 pub use adapted_parts::AdaptedParts;
 pub use change::RobotChange;

@@ -4,8 +4,8 @@ use hysteron_base::{Channel, Metadata, Recording, rng};
 use hysteron_learn::{Architecture, ChannelRange, HeadActivation, Network, Normaliser};
 use hysteron_twin::coreact::AuxiliaryLimits;
 use hysteron_twin::residual::{
-    AdaptOptions, Adapted, AdaptedParts, CorrectedRollout, ResidualDesign, ResidualModel, ResidualTraining,
-    RobotChange, adapt, n_samples,
+    AdaptMotions, AdaptOptions, Adapted, AdaptedParts, CorrectedRollout, ResidualDesign, ResidualModel,
+    ResidualTraining, RobotChange, adapt, n_samples,
 };
 use hysteron_twin::{Plant, RobotMotion, Twin};
 use rand::RngExt;
@@ -85,9 +85,16 @@ fn motions(twin: &Twin, auxiliary: &AuxiliaryLimits, change: &RobotChange) -> Ve
 }
 
 fn adapted(change: &RobotChange) -> Adapted {
+    adapted_from(None, change)
+}
+
+/// Of a robot that had a change `before` already, which its twin does not know.
+fn adapted_from(before: Option<&RobotChange>, change: &RobotChange) -> Adapted {
     let twin = twin();
     let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
-    let motions = motions(&twin, &auxiliary, change);
+    let now = motions(&twin, &auxiliary, change);
+    let before = before.map_or(Vec::new(), |before| motions(&twin, &auxiliary, before));
+    let motions = AdaptMotions { now: &now, before: &before };
     let n_done = std::sync::atomic::AtomicUsize::new(0);
     let on_sample = || {
         n_done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
@@ -95,8 +102,8 @@ fn adapted(change: &RobotChange) -> Adapted {
     };
     let model = silent(&twin, &auxiliary);
     let found =
-        adapt(&twin, &auxiliary, &model, &motions, &AdaptOptions::default(), &on_sample).unwrap().unwrap();
-    assert!(n_done.into_inner() <= n_samples(&twin, &motions));
+        adapt(&twin, &auxiliary, &model, motions, &AdaptOptions::default(), &on_sample).unwrap().unwrap();
+    assert!(n_done.into_inner() <= n_samples(&twin, motions));
     println!("{:?} {:?} {:?}", found.kept, found.held_out_m, found.found);
     found
 }
@@ -107,6 +114,18 @@ fn a_robot_that_has_not_changed_keeps_its_twin() {
     assert_eq!(found.kept, AdaptedParts::Nothing);
     assert_eq!(found.model.change, None);
     assert!(found.motions.iter().all(|motion| motion.before_m == motion.after_m));
+}
+
+#[test]
+fn an_error_that_the_twin_had_before_is_no_change_of_the_robot() {
+    // The twin is wrong by this from the beginning, and a change would make up for it.
+    let own = RobotChange { zeros_m: vec![0.0, -4e-4, 0.0, 0.0], ..RobotChange::none(4) };
+    let found = adapted_from(Some(&own), &own);
+    assert_eq!((found.kept, &found.model.change), (AdaptedParts::Nothing, &None));
+    // The same motion and noise before and after.
+    assert!((found.known_error_m.unwrap() / found.held_out_m[0].1 - 1.0).abs() < 1e-9);
+    let more = RobotChange { zeros_m: vec![0.0, -9e-4, 0.0, 0.0], ..RobotChange::none(4) };
+    assert_eq!(adapted_from(Some(&own), &more).kept, AdaptedParts::Change);
 }
 
 #[test]

@@ -43,6 +43,15 @@ pub struct MotionErrors {
     pub extrapolating: f64,
 }
 
+/// Motions of a robot.
+#[derive(Debug, Clone, Copy)]
+pub struct AdaptMotions<'a> {
+    /// As it is now: the twin is adapted to these.
+    pub now: &'a [RobotMotion],
+    /// As it was when its twin was calibrated, of the same kinds; may be empty.
+    pub before: &'a [RobotMotion],
+}
+
 /// Result of an adaptation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Adapted {
@@ -53,6 +62,9 @@ pub struct Adapted {
     /// Root mean square distance of the tip over all blocks, each as test block [m], by the parts that would
     /// be kept; without a mean of each block that the tracker's drift explains.
     pub held_out_m: Vec<(AdaptedParts, f64)>,
+    /// Error of the twin on the robot as it was [m]: along the motions from before, or else of the networks in validation; none where
+    /// neither is known. An error that is no larger shows no change.
+    pub known_error_m: Option<f64>,
     /// Blocks, by the name of their motion and their first and last time [s].
     pub blocks: Vec<(String, [f64; 2])>,
     /// The change that was found, kept or not, beyond what the model had.
@@ -88,24 +100,30 @@ pub fn adapt(
     twin: &Twin,
     auxiliary: &AuxiliaryLimits,
     model: &ResidualModel,
-    motions: &[RobotMotion],
+    motions: AdaptMotions<'_>,
     options: &AdaptOptions,
     on_sample: &(dyn Fn() -> bool + Sync),
 ) -> Result<Option<Adapted>> {
-    let search = AdaptSearch::new(TwinWithNetwork { twin, auxiliary, model, motions, on_sample }, options)?;
+    let rig = TwinWithNetwork { twin, auxiliary, model, motions: motions.now, on_sample };
+    let mut search = AdaptSearch::new(rig, options)?;
+    if !motions.before.is_empty() {
+        let Some(error) = search.error_before(motions.before)? else { return Ok(None) };
+        search.known_error = Some(error);
+    }
     let Some(start) = search.linearise()? else { return Ok(None) };
     let Some(evaluated) = search.evaluate(&start)? else { return Ok(None) };
     search.finish(&start, evaluated)
 }
 
 /// Samples of rollouts that [`adapt`] makes at most.
-pub fn n_samples(twin: &Twin, motions: &[RobotMotion]) -> usize {
-    let all: usize = motions.iter().map(RobotMotion::len).sum();
+pub fn n_samples(twin: &Twin, motions: AdaptMotions<'_>) -> usize {
+    let of = |motions: &[RobotMotion]| -> usize { motions.iter().map(RobotMotion::len).sum() };
+    let all = of(motions.now);
     let parameters = twin.n_primary + 1 + usize::from(!twin.friction.is_empty());
     // The model as it is, a difference for each parameter, the test blocks (each motion up to its end at
     // most), the rounds of the fit to all.
-    let held_out: usize = blocks(motions).iter().map(|block| block.samples.end).sum();
-    all * (1 + parameters + ROUNDS) + held_out
+    let held_out: usize = blocks(motions.now).iter().map(|block| block.samples.end).sum();
+    all * (1 + parameters + ROUNDS) + held_out + of(motions.before)
 }
 
 /// The constants of the search.
@@ -114,6 +132,8 @@ struct AdaptSearch<'a> {
     options: &'a AdaptOptions,
     blocks: Vec<MotionBlock>,
     before: RobotChange,
+    /// See [`Adapted::known_error_m`].
+    known_error: Option<f64>,
     /// Prior deviation, bounds and difference of each parameter: zeros, play, and friction where there is any.
     deviations: Vec<f64>,
     bounds: Vec<Bounds>,
@@ -151,6 +171,7 @@ impl<'a> AdaptSearch<'a> {
             deviations: vec![options.zero_m; n],
             bounds: vec![ZEROS; n],
             steps: vec![ZERO_STEP; n],
+            known_error: validation_error(rig.model),
             rig,
             options,
             blocks,
@@ -176,6 +197,22 @@ impl<'a> AdaptSearch<'a> {
             play_m: (self.before.play_m + p[n]).max(0.0),
             friction_ratio: self.before.friction_ratio + p.get(n + 1).copied().unwrap_or(0.0),
         }
+    }
+
+    /// Error of the twin as it is along motions of the robot as it was; none where the rollout was ended.
+    fn error_before(&self, motions: &[RobotMotion]) -> Result<Option<f64>> {
+        let task = |(motion, of): (usize, &RobotMotion)| RolloutTask {
+            motion,
+            n_samples: of.len(),
+            change: self.before.clone(),
+        };
+        let tasks: Vec<RolloutTask> = motions.iter().enumerate().map(task).collect();
+        let Some(rolled) = (TwinWithNetwork { motions, ..self.rig }).roll(&tasks)? else { return Ok(None) };
+        let squares = rolled.iter().enumerate().map(|(motion, rolled)| {
+            let whole = MotionBlock { motion, samples: 0..rolled.is_measured.len() };
+            Squares::of(rolled, &whole, None, self.options.drift_m)
+        });
+        Ok(Some(squares.fold(Squares::default(), Squares::plus).root_mean()))
     }
 
     fn whole(&self, p: &[f64]) -> Vec<RolloutTask> {
@@ -337,6 +374,11 @@ impl<'a> AdaptSearch<'a> {
         of_blocks: &dyn Fn(AdaptedParts) -> Vec<f64>,
     ) -> AdaptedParts {
         let mut best = held_out_m[0];
+        // A twin has errors of its own, which a change can make up for along these motions and make worse along others.
+        let largest = (1.0 + self.options.least_gain) * self.known_error.unwrap_or(0.0);
+        if best.1 <= largest {
+            return AdaptedParts::Nothing;
+        }
         for candidate in &held_out_m[1..] {
             let is_gain = candidate.1 < (1.0 - self.options.least_gain) * best.1;
             if is_gain && is_consistent(&of_blocks(best.0), &of_blocks(candidate.0)) {
@@ -398,6 +440,7 @@ impl<'a> AdaptSearch<'a> {
             model,
             kept: evaluated.kept,
             held_out_m: evaluated.held_out_m,
+            known_error_m: self.known_error,
             blocks: self.blocks.iter().map(of_block).collect(),
             found: RobotChange {
                 zeros_m: p[..n_primary].to_vec(),
@@ -408,6 +451,13 @@ impl<'a> AdaptSearch<'a> {
             motions,
         }))
     }
+}
+
+/// Error in validation of the networks that a model is the mean of [m]; none where it is not known.
+fn validation_error(model: &ResidualModel) -> Option<f64> {
+    let members = &model.training.members;
+    let squares: f64 = members.iter().map(|member| (1e-3 * member.held_out_rmse_mm).powi(2)).sum();
+    (!members.is_empty()).then(|| (squares / members.len() as f64).sqrt())
 }
 
 /// Errors of a motion when the parameters move by `p`, to first order.

@@ -122,7 +122,13 @@ impl<'a> Study<'a> {
         file::write_bytes(Path::new(&calibration), slackened(&zeros, change.slack)?)?;
         let minute_of = ["--calibration", &calibration, "--out", &minute];
         self.chain.command(&[&record[..], &minute_of[..]].concat())?;
-        self.chain.once(&new, &["adapt", &self.old, "--scene", &self.scene, &minute, "--out", &new])?;
+        let mut adapt = vec!["adapt", &self.old, "--scene", &self.scene, &minute, "--out", &new];
+        // A lab has a minute of the robot as it was, from when its twin was made.
+        let before = self.chain.path(&format!("adapted/{UNCHANGED}/minute"))?;
+        if change.name != UNCHANGED {
+            adapt.extend(["--reference", &before]);
+        }
+        self.chain.once(&new, &adapt)?;
         Ok(Robot { study: self, stem, rig, calibration, new })
     }
 }

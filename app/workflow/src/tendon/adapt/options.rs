@@ -23,6 +23,10 @@ pub struct Options {
     /// The body that moves it.
     #[cfg_attr(feature = "clap", command(flatten))]
     pub body: RobotBodyOptions,
+    /// Recordings of the robot as it was when its twin was calibrated, of the same kinds of motion: an error that the twin had on
+    /// these too shows no change [default: the error of the networks in validation]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "REC", num_args = 1..))]
+    pub reference: Vec<PathBuf>,
     /// Checkpoint to write, .safetensors
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub out: PathBuf,

@@ -24,6 +24,9 @@ pub struct Outcome {
     pub kept: AdaptedParts,
     /// By what would be kept: the root mean square distance of the tip on all blocks while each was held out.
     pub held_out: Vec<HeldOutError>,
+    /// Error of the twin on the robot as it was [m]: along the recordings of `--reference`, or else of the networks in validation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub known_error_m: Option<f64>,
     /// Blocks of the recordings that were held out in turn.
     pub blocks: Vec<AdaptationBlock>,
     /// Beyond what the checkpoint had; in the checkpoint only if listed in `kept`.
@@ -91,9 +94,10 @@ impl Outcome {
         Self {
             format: MetricsFormat,
             version: 1,
-            verdict: assess(adapted),
+            verdict: assess(adapted, options),
             kept: adapted.kept,
             held_out: held_out.collect(),
+            known_error_m: adapted.known_error_m,
             blocks: blocks.collect(),
             found: FoundChange {
                 zeros_m: adapted.found.zeros_m.clone(),
@@ -111,13 +115,21 @@ impl Outcome {
 }
 
 /// Whether what was kept does better, on blocks that were held out, than the twin as it was.
-fn assess(adapted: &Adapted) -> Verdict {
+fn assess(adapted: &Adapted, options: &AdaptOptions) -> Verdict {
     let held_out = |parts: AdaptedParts| {
         adapted.held_out_m.iter().find(|(kept, _)| *kept == parts).map_or(f64::NAN, |(_, rms)| *rms)
     };
     let (before, after) = (held_out(AdaptedParts::Nothing), held_out(adapted.kept));
     let mm = |m: f64| format!("{:.3} mm", 1e3 * m);
     let statement = match adapted.kept {
+        AdaptedParts::Nothing
+            if adapted.known_error_m.is_some_and(|known| before <= (1.0 + options.least_gain) * known) =>
+        {
+            format!(
+                "the present twin is off by {}, no more than on the robot as it was: no change is to be seen, and it is kept",
+                mm(before)
+            )
+        }
         AdaptedParts::Nothing => {
             format!(
                 "no change explains the recordings better than the present twin ({}), which is kept",
