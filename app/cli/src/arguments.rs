@@ -144,7 +144,7 @@ impl Program {
             }
             None => {
                 // Control characters in the typed words are escaped.
-                let shown = |word: OsString| terminal::escaped(&word.to_string_lossy());
+                let shown = |word: OsString| OsString::from(terminal::escaped(&word.to_string_lossy()));
                 let again = Self::parse_from_words(arguments.iter().cloned().map(shown));
                 let error = again.err().unwrap_or(error);
                 // Help and version are no errors, and go to stdout.
