@@ -7,11 +7,9 @@ import functools
 import html
 import types
 import typing
-from typing import Any, Literal, TypeVar, Union
+from typing import Any, Literal, Union
 
 __all__ = ["Outcome", "read"]
-
-T = TypeVar("T")
 
 # JSON has no word for them.
 _NOT_FINITE = {"NaN": float("nan"), "Infinity": float("inf"), "-Infinity": float("-inf")}
@@ -61,26 +59,22 @@ def _hints(cls: type) -> dict[str, Any]:
     return typing.get_type_hints(cls)
 
 
-def read(kind: type[T], value: object) -> T:
+def read(kind: Any, value: Any) -> Any:
     """A value of JSON as `kind`; numbers that are not finite come from their texts."""
-    return typing.cast(T, _read(kind, value))
-
-
-def _read(kind: Any, value: Any) -> Any:
     if kind is float:
         return _NOT_FINITE[value] if isinstance(value, str) else float(value)
     if isinstance(kind, type) and dataclasses.is_dataclass(kind):
         hints = _hints(kind)
         fields = [(field.name, _key(field)) for field in dataclasses.fields(kind)]
-        return kind(**{name: _read(hints[name], value[key]) for name, key in fields if key in value})
+        return kind(**{name: read(hints[name], value[key]) for name, key in fields if key in value})
     origin = typing.get_origin(kind)
     arguments = typing.get_args(kind)
     if origin is list:
-        return [_read(arguments[0], item) for item in value]
+        return [read(arguments[0], item) for item in value]
     if origin is dict:
-        return {key: _read(arguments[1], item) for key, item in value.items()}
+        return {key: read(arguments[1], item) for key, item in value.items()}
     if origin in (Union, types.UnionType):
-        return _read(next(one for one in arguments if _fits(one, value)), value)
+        return read(next(one for one in arguments if _fits(one, value)), value)
     return value
 
 

@@ -6,17 +6,16 @@ import json
 import os
 import sys
 from collections.abc import Iterable
-from typing import Any, TypeVar, Union
+from typing import Any, Union, cast
 
 from . import _pyhysteron
 from ._errors import Error
 from ._listener import Listener
 from ._outcome import read
 
-__all__ = ["PathLike", "flag", "option", "options", "positional", "program", "run"]
+__all__ = ["PathLike", "flag", "option", "options", "positional", "positionals", "program", "run"]
 
 PathLike = Union[str, "os.PathLike[str]"]
-T = TypeVar("T")
 
 
 def program() -> list[str]:
@@ -37,6 +36,19 @@ def positional(value: object) -> list[str]:
     return [] if value is None else [_word(value)]
 
 
+def positionals(values: object) -> list[str]:
+    """Positional arguments: several values, or one."""
+    return [word for value in _each(values) for word in positional(value)]
+
+
+def _each(values: object) -> Iterable[object]:
+    if values is None:
+        return []
+    if isinstance(values, (str, bytes, os.PathLike, int, float)):
+        return [cast(object, values)]
+    return cast("Iterable[object]", values)
+
+
 def option(name: str, value: object) -> list[str]:
     """An option with one value, or none."""
     if value is None:
@@ -45,13 +57,9 @@ def option(name: str, value: object) -> list[str]:
     return [f"{name}={word}"] if word.startswith("-") else [name, word]
 
 
-def options(name: str, values: Iterable[object] | None, delimiter: str | None) -> list[str]:
-    """An option with several values: in one word with a delimiter, else one option for each."""
-    if values is None:
-        return []
-    if isinstance(values, (str, bytes)):
-        raise TypeError(f"{name}: a list of values, not one text")
-    words = [_word(value) for value in values]
+def options(name: str, values: object, delimiter: str | None) -> list[str]:
+    """An option with several values, or one: in one word with a delimiter, else one option for each."""
+    words = [_word(value) for value in _each(values)]
     if delimiter is None:
         return [word for value in words for word in option(name, value)]
     return option(name, delimiter.join(words)) if words else []
@@ -62,8 +70,8 @@ def flag(name: str, is_set: bool) -> list[str]:
     return [name] if is_set else []
 
 
-def run(outcome: type[T], words: list[str], *, overwrite: bool, verbose: bool, progress: bool) -> T:
-    """Run a verb in this process and return its outcome."""
+def run(outcome: Any, words: list[str], *, overwrite: bool, verbose: bool, progress: bool) -> Any:
+    """Run a verb in this process and return its outcome, of this type."""
     arguments = words + flag("--overwrite", overwrite) + ([] if verbose else ["--quiet"])
     try:
         text = _pyhysteron.run_verb(arguments, program(), Listener(verbose, progress))

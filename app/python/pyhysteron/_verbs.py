@@ -8,9 +8,31 @@ from collections.abc import Sequence
 from typing import Literal
 
 from . import outcomes
-from ._verb import PathLike, flag, option, options, positional, run
+from ._verb import PathLike, flag, option, options, positional, positionals, run
 
-__all__ = ["adapt", "check", "command", "demo", "evaluate", "fit_material", "fit_residual", "fit_sensor", "generate", "identify", "identify_servo", "import_", "mesh", "reach", "record", "reduce", "sense", "simulate", "target", "track", "train"]
+__all__ = [
+    "adapt",
+    "check",
+    "command",
+    "demo",
+    "evaluate",
+    "fit_material",
+    "fit_residual",
+    "fit_sensor",
+    "generate",
+    "identify",
+    "identify_servo",
+    "import_",
+    "mesh",
+    "reach",
+    "record",
+    "reduce",
+    "sense",
+    "simulate",
+    "target",
+    "track",
+    "train",
+]
 
 
 def simulate(
@@ -80,7 +102,9 @@ def simulate(
         *flag("--resume", resume),
         *option("--save-state", save_state),
     ]
-    outcome: outcomes.SimulateOutcome = run(outcomes.SimulateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.SimulateOutcome = run(
+        outcomes.SimulateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -150,7 +174,9 @@ def reach(
         *flag("--resume", resume),
         *option("--save-state", save_state),
     ]
-    outcome: outcomes.ReachOutcome = run(outcomes.ReachOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ReachOutcome = run(
+        outcomes.ReachOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -160,7 +186,7 @@ def mesh(
     length_mm: float | None = None,
     outer_diameter_mm: float | None = None,
     tip_diameter_mm: float | None = None,
-    profile: Sequence[str] | None = None,
+    profile: str | Sequence[str] | None = None,
     bore_diameter_mm: float | None = None,
     channels: int | None = None,
     channel_diameter_mm: float | None = None,
@@ -238,7 +264,9 @@ def mesh(
         *option("--out", out),
         *option("--vtu", vtu),
     ]
-    outcome: outcomes.MeshOutcome = run(outcomes.MeshOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.MeshOutcome = run(
+        outcomes.MeshOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -285,12 +313,14 @@ def reduce(
         *option("--tension-n", tension_n),
         *option("--out", out),
     ]
-    outcome: outcomes.ReduceOutcome = run(outcomes.ReduceOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ReduceOutcome = run(
+        outcomes.ReduceOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
 def check(
-    files: Sequence[PathLike],
+    files: PathLike | Sequence[PathLike],
     *,
     overwrite: bool = False,
     verbose: bool = False,
@@ -317,9 +347,11 @@ def check(
     """
     words = [
         "check",
-        *(word for one in files for word in positional(one)),
+        *positionals(files),
     ]
-    outcome: outcomes.CheckOutcome = run(outcomes.CheckOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.CheckOutcome = run(
+        outcomes.CheckOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -328,8 +360,8 @@ def record(
     rig: PathLike,
     out: PathLike,
     plan: str | None = None,
-    strokes: Sequence[PathLike] | None = None,
-    only: Sequence[str] | None = None,
+    strokes: PathLike | Sequence[PathLike] | None = None,
+    only: str | Sequence[str] | None = None,
     calibration: PathLike | None = None,
     seed: int | None = None,
     tip_force: PathLike | None = None,
@@ -396,12 +428,14 @@ def record(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.RecordOutcome = run(outcomes.RecordOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.RecordOutcome = run(
+        outcomes.RecordOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
 def import_(
-    sources: Sequence[PathLike],
+    sources: PathLike | Sequence[PathLike],
     *,
     out: PathLike | None = None,
     map: str | None = None,
@@ -413,7 +447,7 @@ def import_(
     accept_units: bool = False,
     model: str | None = None,
     fix_base: bool = False,
-    arg: Sequence[str] | None = None,
+    arg: str | Sequence[str] | None = None,
     drive: str | None = None,
     figures: PathLike | None = None,
     png: bool = False,
@@ -454,7 +488,7 @@ def import_(
     """
     words = [
         "import",
-        *(word for one in sources for word in positional(one)),
+        *positionals(sources),
         *option("--out", out),
         *option("--map", map),
         *(flag("--propose", True) if propose is True else option("--propose", propose)),
@@ -470,19 +504,21 @@ def import_(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.ImportOutcome = run(outcomes.ImportOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ImportOutcome = run(
+        outcomes.ImportOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
 def fit_material(
     scene: PathLike,
-    recordings: Sequence[PathLike],
+    recordings: PathLike | Sequence[PathLike],
     *,
     out: PathLike,
     reduced: PathLike | None = None,
     figures: PathLike | None = None,
     png: bool = False,
-    fit: Sequence[str] | None = None,
+    fit: str | Sequence[str] | None = None,
     fit_file: PathLike | None = None,
     role: str | None = None,
     step_mm: float | None = None,
@@ -533,7 +569,7 @@ def fit_material(
     words = [
         "fit-material",
         *positional(scene),
-        *(word for one in recordings for word in positional(one)),
+        *positionals(recordings),
         *option("--reduced", reduced),
         *option("--out", out),
         *option("--figures", figures),
@@ -548,13 +584,15 @@ def fit_material(
         *option("--huber-mm", huber_mm),
         *option("--frame", frame),
     ]
-    outcome: outcomes.FitMaterialOutcome = run(outcomes.FitMaterialOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.FitMaterialOutcome = run(
+        outcomes.FitMaterialOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
 def identify(
     scene: PathLike,
-    recordings: Sequence[PathLike],
+    recordings: PathLike | Sequence[PathLike],
     *,
     out: PathLike,
     reduced: PathLike | None = None,
@@ -595,7 +633,7 @@ def identify(
     words = [
         "identify",
         *positional(scene),
-        *(word for one in recordings for word in positional(one)),
+        *positionals(recordings),
         *option("--reduced", reduced),
         *option("--out", out),
         *option("--regularisation", regularisation),
@@ -604,16 +642,18 @@ def identify(
         *option("--residual", residual),
         *flag("--skip-bad", skip_bad),
     ]
-    outcome: outcomes.IdentifyOutcome = run(outcomes.IdentifyOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.IdentifyOutcome = run(
+        outcomes.IdentifyOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
 def fit_residual(
-    recordings: Sequence[PathLike],
+    recordings: PathLike | Sequence[PathLike],
     *,
     out: PathLike,
     design: Literal["recurrent", "paper"] | None = None,
-    held_out: Sequence[str] | None = None,
+    held_out: str | Sequence[str] | None = None,
     epochs: int | None = None,
     hidden: int | None = None,
     members: int | None = None,
@@ -657,7 +697,7 @@ def fit_residual(
     """
     words = [
         "fit-residual",
-        *(word for one in recordings for word in positional(one)),
+        *positionals(recordings),
         *option("--out", out),
         *option("--design", design),
         *options("--held-out", held_out, ","),
@@ -670,13 +710,15 @@ def fit_residual(
         *option("--batch", batch),
         *option("--seed", seed),
     ]
-    outcome: outcomes.FitResidualOutcome = run(outcomes.FitResidualOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.FitResidualOutcome = run(
+        outcomes.FitResidualOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
 def adapt(
     checkpoint: PathLike,
-    recordings: Sequence[PathLike],
+    recordings: PathLike | Sequence[PathLike],
     *,
     scene: PathLike,
     out: PathLike,
@@ -712,14 +754,16 @@ def adapt(
     words = [
         "adapt",
         *positional(checkpoint),
-        *(word for one in recordings for word in positional(one)),
+        *positionals(recordings),
         *option("--scene", scene),
         *option("--reduced", reduced),
         *option("--out", out),
         *option("--figures", figures),
         *option("--memory-s", memory_s),
     ]
-    outcome: outcomes.AdaptOutcome = run(outcomes.AdaptOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.AdaptOutcome = run(
+        outcomes.AdaptOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -731,7 +775,7 @@ def generate(
     residual: PathLike | None = None,
     plan: str | None = None,
     shard: str | None = None,
-    real: Sequence[PathLike] | None = None,
+    real: PathLike | Sequence[PathLike] | None = None,
     png: bool = False,
     overwrite: bool = False,
     verbose: bool = False,
@@ -772,7 +816,9 @@ def generate(
         *options("--real", real, None),
         *flag("--png", png),
     ]
-    outcome: outcomes.GenerateOutcome = run(outcomes.GenerateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.GenerateOutcome = run(
+        outcomes.GenerateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -816,12 +862,14 @@ def target(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.TargetOutcome = run(outcomes.TargetOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.TargetOutcome = run(
+        outcomes.TargetOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
 def evaluate(
-    results: Sequence[str],
+    results: str | Sequence[str],
     *,
     target: str,
     out: PathLike | None = None,
@@ -855,24 +903,26 @@ def evaluate(
     """
     words = [
         "evaluate",
-        *(word for one in results for word in positional(one)),
+        *positionals(results),
         *option("--target", target),
         *option("--out", out),
         *flag("--png", png),
         *flag("--whole", whole),
         *flag("--relative-to-rest", relative_to_rest),
     ]
-    outcome: outcomes.EvaluateOutcome = run(outcomes.EvaluateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.EvaluateOutcome = run(
+        outcomes.EvaluateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
 def train(
-    recordings: Sequence[PathLike],
+    recordings: PathLike | Sequence[PathLike],
     *,
     out: PathLike,
     design: Literal["recurrent", "paper"] | None = None,
     spatial: bool = False,
-    held_out: Sequence[str] | None = None,
+    held_out: str | Sequence[str] | None = None,
     epochs: int | None = None,
     hidden: int | None = None,
     co_contraction_min_mm: float | None = None,
@@ -918,7 +968,7 @@ def train(
     """
     words = [
         "train",
-        *(word for one in recordings for word in positional(one)),
+        *positionals(recordings),
         *option("--out", out),
         *option("--design", design),
         *flag("--spatial", spatial),
@@ -932,7 +982,9 @@ def train(
         *option("--batch", batch),
         *option("--seed", seed),
     ]
-    outcome: outcomes.TrainOutcome = run(outcomes.TrainOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.TrainOutcome = run(
+        outcomes.TrainOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -987,7 +1039,9 @@ def command(
         *option("--stroke-rate-max-mm-s", stroke_rate_max_mm_s),
         *option("--figures", figures),
     ]
-    outcome: outcomes.CommandOutcome = run(outcomes.CommandOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.CommandOutcome = run(
+        outcomes.CommandOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -1048,13 +1102,15 @@ def track(
         *option("--baseline", baseline),
         *flag("--png", png),
     ]
-    outcome: outcomes.TrackOutcome = run(outcomes.TrackOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.TrackOutcome = run(
+        outcomes.TrackOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
 def fit_sensor(
     scene: PathLike,
-    recordings: Sequence[PathLike],
+    recordings: PathLike | Sequence[PathLike],
     *,
     out: PathLike,
     reduced: PathLike | None = None,
@@ -1091,14 +1147,16 @@ def fit_sensor(
     words = [
         "fit-sensor",
         *positional(scene),
-        *(word for one in recordings for word in positional(one)),
+        *positionals(recordings),
         *option("--reduced", reduced),
         *option("--residual", residual),
         *option("--servos", servos),
         *option("--stall-torque", stall_torque),
         *option("--out", out),
     ]
-    outcome: outcomes.FitSensorOutcome = run(outcomes.FitSensorOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.FitSensorOutcome = run(
+        outcomes.FitSensorOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -1150,17 +1208,19 @@ def sense(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.SenseOutcome = run(outcomes.SenseOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.SenseOutcome = run(
+        outcomes.SenseOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
 def identify_servo(
-    recordings: Sequence[PathLike],
+    recordings: PathLike | Sequence[PathLike],
     *,
     out: PathLike,
     stall_torque: float | None = None,
     law: str | None = None,
-    servos: Sequence[int] | None = None,
+    servos: int | Sequence[int] | None = None,
     figures: PathLike | None = None,
     png: bool = False,
     overwrite: bool = False,
@@ -1191,7 +1251,7 @@ def identify_servo(
     """
     words = [
         "identify-servo",
-        *(word for one in recordings for word in positional(one)),
+        *positionals(recordings),
         *option("--stall-torque", stall_torque),
         *option("--law", law),
         *options("--servos", servos, ","),
@@ -1199,7 +1259,9 @@ def identify_servo(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.IdentifyServoOutcome = run(outcomes.IdentifyServoOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.IdentifyServoOutcome = run(
+        outcomes.IdentifyServoOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -1228,5 +1290,7 @@ def demo(
         "demo",
         *option("--out", out),
     ]
-    outcome: outcomes.DemoOutcome = run(outcomes.DemoOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.DemoOutcome = run(
+        outcomes.DemoOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome

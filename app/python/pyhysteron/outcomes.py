@@ -1054,16 +1054,16 @@ class BusCounts(_Outcome):
 class ByHorizon(_Outcome):
     """A number or several of each horizon of [`HORIZONS`]."""
 
-    100: float | None = None
+    key_100: float | None = field(default=None, metadata={"key": "100"})
     """Over the first 100 steps."""
 
-    300: float | None = None
+    key_300: float | None = field(default=None, metadata={"key": "300"})
     """Over the first 300 steps."""
 
-    500: float | None = None
+    key_500: float | None = field(default=None, metadata={"key": "500"})
     """Over the first 500 steps."""
 
-    600: float | None = None
+    key_600: float | None = field(default=None, metadata={"key": "600"})
     """Over the first 600 steps."""
 
 
@@ -1071,16 +1071,16 @@ class ByHorizon(_Outcome):
 class ByHorizon2(_Outcome):
     """A number or several of each horizon of [`HORIZONS`]."""
 
-    100: PoseScores
+    key_100: PoseScores = field(metadata={"key": "100"})
     """Over the first 100 steps."""
 
-    300: PoseScores
+    key_300: PoseScores = field(metadata={"key": "300"})
     """Over the first 300 steps."""
 
-    500: PoseScores
+    key_500: PoseScores = field(metadata={"key": "500"})
     """Over the first 500 steps."""
 
-    600: PoseScores
+    key_600: PoseScores = field(metadata={"key": "600"})
     """Over the first 600 steps."""
 
 
@@ -1088,19 +1088,19 @@ class ByHorizon2(_Outcome):
 class ByMethod(_Outcome):
     """A number or several of each method of [`METHODS`]."""
 
-    copy the goal: ByHorizon
+    copy_the_goal: ByHorizon = field(metadata={"key": "copy the goal"})
     """Motors whose positions are their goals."""
 
-    copy the goal, lag and droop fitted: ByHorizon
+    copy_the_goal_lag_and_droop_fitted: ByHorizon = field(metadata={"key": "copy the goal, lag and droop fitted"})
     """The goal later, smoother and lower."""
 
-    network, pure simulation (currents of the drive model): ByHorizon
+    network_pure_simulation_currents_of_the_drive_model: ByHorizon = field(metadata={"key": "network, pure simulation (currents of the drive model)"})
     """Network in the loop with currents by the model of the drives."""
 
-    network, recorded currents (as published): ByHorizon
+    network_recorded_currents_as_published: ByHorizon = field(metadata={"key": "network, recorded currents (as published)"})
     """Network in the loop with recorded currents."""
 
-    servo identified by rollout: ByHorizon
+    servo_identified_by_rollout: ByHorizon = field(metadata={"key": "servo identified by rollout"})
     """Position servo identified by rollout."""
 
 
@@ -1108,19 +1108,19 @@ class ByMethod(_Outcome):
 class ByMethod2(_Outcome):
     """A number or several of each method of [`METHODS`]."""
 
-    copy the goal: ByHorizon2
+    copy_the_goal: ByHorizon2 = field(metadata={"key": "copy the goal"})
     """Motors whose positions are their goals."""
 
-    copy the goal, lag and droop fitted: ByHorizon2
+    copy_the_goal_lag_and_droop_fitted: ByHorizon2 = field(metadata={"key": "copy the goal, lag and droop fitted"})
     """The goal later, smoother and lower."""
 
-    network, pure simulation (currents of the drive model): ByHorizon2
+    network_pure_simulation_currents_of_the_drive_model: ByHorizon2 = field(metadata={"key": "network, pure simulation (currents of the drive model)"})
     """Network in the loop with currents by the model of the drives."""
 
-    network, recorded currents (as published): ByHorizon2
+    network_recorded_currents_as_published: ByHorizon2 = field(metadata={"key": "network, recorded currents (as published)"})
     """Network in the loop with recorded currents."""
 
-    servo identified by rollout: ByHorizon2
+    servo_identified_by_rollout: ByHorizon2 = field(metadata={"key": "servo identified by rollout"})
     """Position servo identified by rollout."""
 
 
@@ -3274,7 +3274,7 @@ class PredictedPath(_Outcome):
     trajectory: str
     """Name of the trajectory."""
 
-    with: PathScore
+    with_: PathScore = field(metadata={"key": "with"})
     """Score of the twin with it."""
 
     without: PathScore
@@ -4565,7 +4565,7 @@ class StageCommands(_Outcome):
 class StationErrors(_Outcome):
     """Distances from the reference, over the length of the rod."""
 
-    all stations but the clamp: ErrorStatistics
+    all_stations_but_the_clamp: ErrorStatistics = field(metadata={"key": "all stations but the clamp"})
     """At all stations but the clamp."""
 
     mid_length: ErrorStatistics = field(metadata={"key": "mid-length"})

@@ -8,9 +8,14 @@ from collections.abc import Sequence
 from typing import Literal
 
 from . import outcomes
-from ._verb import PathLike, flag, option, options, positional, run
+from ._verb import PathLike, flag, option, options, positional, positionals, run
 
-__all__ = ["calibrate", "check", "emulate", "recover"]
+__all__ = [
+    "calibrate",
+    "check",
+    "emulate",
+    "recover",
+]
 
 
 def check(
@@ -54,7 +59,9 @@ def check(
         *flag("--restore", restore),
         *flag("--yes", yes),
     ]
-    outcome: outcomes.RigCheckOutcome = run(outcomes.RigCheckOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.RigCheckOutcome = run(
+        outcomes.RigCheckOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -93,7 +100,9 @@ def calibrate(
         *flag("--keep-registers", keep_registers),
         *option("--seed", seed),
     ]
-    outcome: outcomes.RigCalibrateOutcome = run(outcomes.RigCalibrateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.RigCalibrateOutcome = run(
+        outcomes.RigCalibrateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -156,7 +165,9 @@ def emulate(
         *option("--port-tracker", port_tracker),
         *option("--for-s", for_s),
     ]
-    outcome: outcomes.RigEmulateOutcome = run(outcomes.RigEmulateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.RigEmulateOutcome = run(
+        outcomes.RigEmulateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -188,5 +199,7 @@ def recover(
         *positional(journal),
         *option("--out", out),
     ]
-    outcome: outcomes.RigRecoverOutcome = run(outcomes.RigRecoverOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.RigRecoverOutcome = run(
+        outcomes.RigRecoverOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome

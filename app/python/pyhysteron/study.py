@@ -8,9 +8,39 @@ from collections.abc import Sequence
 from typing import Literal
 
 from . import outcomes
-from ._verb import PathLike, flag, option, options, positional, run
+from ._verb import PathLike, flag, option, options, positional, positionals, run
 
-__all__ = ["ablation", "adaptation", "baxter_circle", "baxter_helical", "characters", "cloning", "convergence", "coreact", "edic", "force", "ftdcr", "identification", "inverse", "kuka", "layouts", "neural", "neural_networks", "panda", "population", "recorded", "robots", "run", "scara", "sensing", "simulated", "sofa", "sorosim", "tentacle", "wrist"]
+__all__ = [
+    "ablation",
+    "adaptation",
+    "baxter_circle",
+    "baxter_helical",
+    "characters",
+    "cloning",
+    "convergence",
+    "coreact",
+    "edic",
+    "force",
+    "ftdcr",
+    "identification",
+    "inverse",
+    "kuka",
+    "layouts",
+    "neural",
+    "neural_networks",
+    "panda",
+    "population",
+    "recorded",
+    "robots",
+    "run",
+    "scara",
+    "sensing",
+    "simulated",
+    "sofa",
+    "sorosim",
+    "tentacle",
+    "wrist",
+]
 
 
 def run(
@@ -41,7 +71,9 @@ def run(
         *positional(study),
         *option("--out", out),
     ]
-    outcome: outcomes.StudyRunOutcome = run(outcomes.StudyRunOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyRunOutcome = run(
+        outcomes.StudyRunOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -77,7 +109,9 @@ def sofa(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudySofaOutcome = run(outcomes.StudySofaOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudySofaOutcome = run(
+        outcomes.StudySofaOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -113,7 +147,9 @@ def convergence(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyConvergenceOutcome = run(outcomes.StudyConvergenceOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyConvergenceOutcome = run(
+        outcomes.StudyConvergenceOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -152,7 +188,9 @@ def sorosim(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudySorosimOutcome = run(outcomes.StudySorosimOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudySorosimOutcome = run(
+        outcomes.StudySorosimOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -191,7 +229,9 @@ def tentacle(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyTentacleOutcome = run(outcomes.StudyTentacleOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyTentacleOutcome = run(
+        outcomes.StudyTentacleOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -230,7 +270,9 @@ def ftdcr(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyFtdcrOutcome = run(outcomes.StudyFtdcrOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyFtdcrOutcome = run(
+        outcomes.StudyFtdcrOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -269,7 +311,9 @@ def inverse(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyInverseOutcome = run(outcomes.StudyInverseOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyInverseOutcome = run(
+        outcomes.StudyInverseOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -305,7 +349,9 @@ def coreact(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyCoreactOutcome = run(outcomes.StudyCoreactOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyCoreactOutcome = run(
+        outcomes.StudyCoreactOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -341,7 +387,9 @@ def robots(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyRobotsOutcome = run(outcomes.StudyRobotsOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyRobotsOutcome = run(
+        outcomes.StudyRobotsOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -377,7 +425,9 @@ def ablation(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyAblationOutcome = run(outcomes.StudyAblationOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyAblationOutcome = run(
+        outcomes.StudyAblationOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -419,7 +469,9 @@ def population(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyPopulationOutcome = run(outcomes.StudyPopulationOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyPopulationOutcome = run(
+        outcomes.StudyPopulationOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -455,7 +507,9 @@ def layouts(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyLayoutsOutcome = run(outcomes.StudyLayoutsOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyLayoutsOutcome = run(
+        outcomes.StudyLayoutsOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -491,7 +545,9 @@ def adaptation(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyAdaptationOutcome = run(outcomes.StudyAdaptationOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyAdaptationOutcome = run(
+        outcomes.StudyAdaptationOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -527,7 +583,9 @@ def sensing(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudySensingOutcome = run(outcomes.StudySensingOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudySensingOutcome = run(
+        outcomes.StudySensingOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -563,7 +621,9 @@ def edic(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyEdicOutcome = run(outcomes.StudyEdicOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyEdicOutcome = run(
+        outcomes.StudyEdicOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -571,10 +631,10 @@ def simulated(
     *,
     out: PathLike,
     first_seed: int | None = None,
-    trajectories: Sequence[int] | None = None,
+    trajectories: int | Sequence[int] | None = None,
     products: int | None = None,
     squares: int | None = None,
-    variants: Sequence[str] | None = None,
+    variants: str | Sequence[str] | None = None,
     seeds: int | None = None,
     hidden: int | None = None,
     activation: Literal["relu", "tanh", "softplus"] | None = None,
@@ -637,7 +697,9 @@ def simulated(
         *option("--penalty", penalty),
         *flag("--published", published),
     ]
-    outcome: outcomes.StudySimulatedOutcome = run(outcomes.StudySimulatedOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudySimulatedOutcome = run(
+        outcomes.StudySimulatedOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -646,10 +708,10 @@ def characters(
     data: PathLike,
     out: PathLike,
     first_seed: int | None = None,
-    trajectories: Sequence[int] | None = None,
+    trajectories: int | Sequence[int] | None = None,
     products: int | None = None,
     squares: int | None = None,
-    variants: Sequence[str] | None = None,
+    variants: str | Sequence[str] | None = None,
     seeds: int | None = None,
     hidden: int | None = None,
     activation: Literal["relu", "tanh", "softplus"] | None = None,
@@ -714,7 +776,9 @@ def characters(
         *option("--penalty", penalty),
         *flag("--published", published),
     ]
-    outcome: outcomes.StudyCharactersOutcome = run(outcomes.StudyCharactersOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyCharactersOutcome = run(
+        outcomes.StudyCharactersOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -724,7 +788,7 @@ def baxter_circle(
     out: PathLike,
     stride: int | None = None,
     features: int | None = None,
-    variants: Sequence[str] | None = None,
+    variants: str | Sequence[str] | None = None,
     seeds: int | None = None,
     hidden: int | None = None,
     activation: Literal["relu", "tanh", "softplus"] | None = None,
@@ -783,7 +847,9 @@ def baxter_circle(
         *option("--penalty", penalty),
         *flag("--published", published),
     ]
-    outcome: outcomes.StudyBaxterCircleOutcome = run(outcomes.StudyBaxterCircleOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyBaxterCircleOutcome = run(
+        outcomes.StudyBaxterCircleOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -793,7 +859,7 @@ def baxter_helical(
     out: PathLike,
     stride: int | None = None,
     features: int | None = None,
-    variants: Sequence[str] | None = None,
+    variants: str | Sequence[str] | None = None,
     seeds: int | None = None,
     hidden: int | None = None,
     activation: Literal["relu", "tanh", "softplus"] | None = None,
@@ -852,7 +918,9 @@ def baxter_helical(
         *option("--penalty", penalty),
         *flag("--published", published),
     ]
-    outcome: outcomes.StudyBaxterHelicalOutcome = run(outcomes.StudyBaxterHelicalOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyBaxterHelicalOutcome = run(
+        outcomes.StudyBaxterHelicalOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -862,7 +930,7 @@ def kuka(
     out: PathLike,
     stride: int | None = None,
     features: int | None = None,
-    variants: Sequence[str] | None = None,
+    variants: str | Sequence[str] | None = None,
     seeds: int | None = None,
     hidden: int | None = None,
     activation: Literal["relu", "tanh", "softplus"] | None = None,
@@ -921,7 +989,9 @@ def kuka(
         *option("--penalty", penalty),
         *flag("--published", published),
     ]
-    outcome: outcomes.StudyKukaOutcome = run(outcomes.StudyKukaOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyKukaOutcome = run(
+        outcomes.StudyKukaOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -931,7 +1001,7 @@ def panda(
     out: PathLike,
     stride: int | None = None,
     features: int | None = None,
-    variants: Sequence[str] | None = None,
+    variants: str | Sequence[str] | None = None,
     seeds: int | None = None,
     hidden: int | None = None,
     activation: Literal["relu", "tanh", "softplus"] | None = None,
@@ -990,7 +1060,9 @@ def panda(
         *option("--penalty", penalty),
         *flag("--published", published),
     ]
-    outcome: outcomes.StudyPandaOutcome = run(outcomes.StudyPandaOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyPandaOutcome = run(
+        outcomes.StudyPandaOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -1000,7 +1072,7 @@ def recorded(
     out: PathLike,
     stride: int | None = None,
     features: int | None = None,
-    variants: Sequence[str] | None = None,
+    variants: str | Sequence[str] | None = None,
     seeds: int | None = None,
     hidden: int | None = None,
     activation: Literal["relu", "tanh", "softplus"] | None = None,
@@ -1059,7 +1131,9 @@ def recorded(
         *option("--penalty", penalty),
         *flag("--published", published),
     ]
-    outcome: outcomes.StudyRecordedOutcome = run(outcomes.StudyRecordedOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyRecordedOutcome = run(
+        outcomes.StudyRecordedOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -1091,7 +1165,9 @@ def scara(
         *option("--out", out),
         *option("--seeds", seeds),
     ]
-    outcome: outcomes.StudyScaraOutcome = run(outcomes.StudyScaraOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyScaraOutcome = run(
+        outcomes.StudyScaraOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -1123,7 +1199,9 @@ def wrist(
         *option("--out", out),
         *option("--seeds", seeds),
     ]
-    outcome: outcomes.StudyWristOutcome = run(outcomes.StudyWristOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyWristOutcome = run(
+        outcomes.StudyWristOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -1158,7 +1236,9 @@ def identification(
         *option("--out", out),
         *option("--seeds", seeds),
     ]
-    outcome: outcomes.StudyIdentificationOutcome = run(outcomes.StudyIdentificationOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyIdentificationOutcome = run(
+        outcomes.StudyIdentificationOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -1193,7 +1273,9 @@ def force(
         *option("--out", out),
         *option("--seeds", seeds),
     ]
-    outcome: outcomes.StudyForceOutcome = run(outcomes.StudyForceOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyForceOutcome = run(
+        outcomes.StudyForceOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -1235,7 +1317,9 @@ def neural(
         *option("--first-seed", first_seed),
         *flag("--quick", quick),
     ]
-    outcome: outcomes.StudyNeuralOutcome = run(outcomes.StudyNeuralOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyNeuralOutcome = run(
+        outcomes.StudyNeuralOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -1277,7 +1361,9 @@ def neural_networks(
         *option("--first-seed", first_seed),
         *flag("--quick", quick),
     ]
-    outcome: outcomes.StudyNeuralNetworksOutcome = run(outcomes.StudyNeuralNetworksOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyNeuralNetworksOutcome = run(
+        outcomes.StudyNeuralNetworksOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -1316,5 +1402,7 @@ def cloning(
         *option("--actuator", actuator),
         *flag("--quick", quick),
     ]
-    outcome: outcomes.StudyCloningOutcome = run(outcomes.StudyCloningOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.StudyCloningOutcome = run(
+        outcomes.StudyCloningOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome

@@ -60,10 +60,7 @@ fn shape_text(shape: &[usize]) -> String {
 
 /// A read-only numpy array over `values`, which are part of `owner` and never change.
 #[allow(unsafe_code)] // numpy cannot know how long the memory lives
-pub fn borrowed<'py, T: Element>(
-    values: &[T],
-    owner: &Bound<'py, PyAny>,
-) -> Bound<'py, PyArray1<T>> {
+pub fn borrowed<'py, T: Element>(values: &[T], owner: &Bound<'py, PyAny>) -> Bound<'py, PyArray1<T>> {
     // SAFETY: the array holds a reference to `owner`, a frozen class whose one value is never changed or moved: `values` stay
     // where they are until both are gone.
     let array = unsafe { PyArray1::borrow_from_array(&ArrayView1::from(values), owner.clone()) };

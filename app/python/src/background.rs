@@ -120,7 +120,8 @@ pub fn run<T: Send>(
         Ok(py.detach(|| worker.join()))
     })?;
     let last = hand_on(py, listener, &sink);
-    let result = joined.map_err(|_| PyRuntimeError::new_err("internal error: a panic, reported on stderr"))?;
+    let result =
+        joined.map_err(|_| PyRuntimeError::new_err("internal error: a panic, reported on stderr"))?;
     if stopped_by.is_none() {
         last?;
     }

@@ -16,7 +16,8 @@ pub fn exception(py: Python<'_>, error: impl Into<anyhow::Error>) -> PyErr {
 
 /// The exception of a verb's error, with the outcome that it ended with all the same, as JSON.
 pub fn exception_of_verb(py: Python<'_>, error: &WorkflowError, outcome: Option<&str>) -> PyErr {
-    made(py, error, outcome).map_or_else(|failure| failure, |exception| PyErr::from_value(exception.into_any()))
+    made(py, error, outcome)
+        .map_or_else(|failure| failure, |exception| PyErr::from_value(exception.into_any()))
 }
 
 fn made<'py>(py: Python<'py>, error: &WorkflowError, outcome: Option<&str>) -> PyResult<Bound<'py, PyAny>> {

@@ -130,7 +130,8 @@ impl PyScene {
 
     fn __repr__(&self) -> String {
         let n_auxiliary = self.n_auxiliary();
-        let auxiliary = if n_auxiliary > 0 { format!(", {n_auxiliary} auxiliary ones") } else { String::new() };
+        let auxiliary =
+            if n_auxiliary > 0 { format!(", {n_auxiliary} auxiliary ones") } else { String::new() };
         format!("<Scene {:?}: {} tendons{auxiliary}>", self.scene.name, self.n_tendons())
     }
 

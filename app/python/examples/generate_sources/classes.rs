@@ -97,7 +97,10 @@ fn mentions(text: &str, name: &str) -> bool {
 /// An object as a data class.
 fn class(name: &str, schema: &Value) -> String {
     let about = description(schema).unwrap_or_else(|| format!("Part of an outcome: {name}."));
-    let mut out = format!("\n\n@dataclass(frozen=True, kw_only=True)\nclass {name}(_Outcome):\n    \"\"\"{}\"\"\"\n", one_line(&about));
+    let mut out = format!(
+        "\n\n@dataclass(frozen=True, kw_only=True)\nclass {name}(_Outcome):\n    \"\"\"{}\"\"\"\n",
+        one_line(&about)
+    );
     let required = schema["required"].as_array().cloned().unwrap_or_default();
     for (key, schema) in schema["properties"].as_object().into_iter().flatten() {
         let mut kind = kind(schema);
@@ -150,7 +153,9 @@ fn kind(schema: &Value) -> String {
         }
     }
     match &schema["type"] {
-        Value::Array(kinds) => union(kinds.iter().filter_map(Value::as_str).map(|kind| one_kind(kind, schema))),
+        Value::Array(kinds) => {
+            union(kinds.iter().filter_map(Value::as_str).map(|kind| one_kind(kind, schema)))
+        }
         Value::String(kind) => one_kind(kind, schema),
         _ => "Any".to_owned(),
     }

@@ -37,9 +37,10 @@ fn add_module(
     }
     let (file, dots) = match &path[..] {
         [] => (PathBuf::from("_verbs.py"), "."),
-        names if groups.is_empty() => {
-            (names.iter().map(|name| identifier(name)).collect::<PathBuf>().with_extension("py"), &"..."[..names.len()])
-        }
+        names if groups.is_empty() => (
+            names.iter().map(|name| identifier(name)).collect::<PathBuf>().with_extension("py"),
+            &"..."[..names.len()],
+        ),
         names => {
             let folder: PathBuf = names.iter().map(|name| identifier(name)).collect();
             (folder.join("__init__.py"), &"..."[..=names.len()])
@@ -58,14 +59,19 @@ fn add_module(
     names.sort();
     let about = group.get_about().map(ToString::to_string).unwrap_or_default();
     let about = if path.is_empty() { "Verbs of the program.".to_owned() } else { about + "." };
-    let mut out = format!("{HEAD}\"\"\"{about}\"\"\"\n\n# ruff: noqa\nfrom __future__ import annotations\n\n");
+    let mut out =
+        format!("{HEAD}\"\"\"{about}\"\"\"\n\n# ruff: noqa\nfrom __future__ import annotations\n\n");
     out.push_str("from collections.abc import Sequence\nfrom typing import Literal\n\n");
     if !imported.is_empty() {
         let _ = writeln!(out, "from . import {}", imported.join(", "));
     }
     let _ = writeln!(out, "from {dots} import outcomes");
-    let _ = writeln!(out, "from {dots}_verb import PathLike, flag, option, options, positional, run");
-    let _ = writeln!(out, "\n__all__ = [{}]", names.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(", "));
+    let _ = writeln!(
+        out,
+        "from {dots}_verb import PathLike, flag, option, options, positional, positionals, run"
+    );
+    let lines: String = names.iter().map(|name| format!("    {},\n", quoted(name))).collect();
+    let _ = writeln!(out, "\n__all__ = [\n{lines}]");
     modules.insert(file, out + &functions);
 }
 
@@ -81,9 +87,8 @@ impl<'a> Parameter<'a> {
     fn new(arg: &'a Arg) -> Self {
         let name = identifier(arg.get_long().unwrap_or(arg.get_id().as_str()));
         let several = arg.get_num_args().is_some_and(|range| range.max_values() > 1);
-        let is_several = several
-            || matches!(arg.get_action(), ArgAction::Append)
-            || arg.get_value_delimiter().is_some();
+        let is_several =
+            several || matches!(arg.get_action(), ArgAction::Append) || arg.get_value_delimiter().is_some();
         Self { arg, name, kind: kind(arg), is_several }
     }
 
@@ -103,7 +108,7 @@ impl<'a> Parameter<'a> {
     /// As it stands in a signature.
     fn declared(&self) -> String {
         let Self { name, kind, .. } = self;
-        let kind = if self.is_several { format!("Sequence[{kind}]") } else { kind.clone() };
+        let kind = if self.is_several { format!("{kind} | Sequence[{kind}]") } else { kind.clone() };
         match (self.is_flag(), self.is_required()) {
             (true, _) => format!("{name}: bool = False"),
             (false, true) => format!("{name}: {kind}"),
@@ -116,11 +121,8 @@ impl<'a> Parameter<'a> {
     fn words(&self) -> String {
         let name = &self.name;
         let Some(long) = self.arg.get_long() else {
-            return match (self.is_several, self.is_required()) {
-                (false, _) => format!("*positional({name})"),
-                (true, true) => format!("*(word for one in {name} for word in positional(one))"),
-                (true, false) => format!("*(word for one in {name} or [] for word in positional(one))"),
-            };
+            let function = if self.is_several { "positionals" } else { "positional" };
+            return format!("*{function}({name})");
         };
         let option = quoted(&format!("--{long}"));
         if self.is_flag() {
@@ -131,7 +133,9 @@ impl<'a> Parameter<'a> {
         }
         match (self.is_several, self.arg.get_value_delimiter()) {
             (false, _) => format!("*option({option}, {name})"),
-            (true, Some(delimiter)) => format!("*options({option}, {name}, {})", quoted(&delimiter.to_string())),
+            (true, Some(delimiter)) => {
+                format!("*options({option}, {name}, {})", quoted(&delimiter.to_string()))
+            }
             (true, None) => format!("*options({option}, {name}, None)"),
         }
     }
@@ -199,7 +203,10 @@ fn function(verb: &Command, path: &[String], classes: &OutcomeClasses) -> String
         let _ = writeln!(out, "    {},", parameter.declared());
     }
     let class = outcome.map_or("None".to_owned(), |class| format!("outcomes.{class}"));
-    let _ = writeln!(out, "    overwrite: bool = False,\n    verbose: bool = False,\n    progress: bool = False,\n) -> {class}:");
+    let _ = writeln!(
+        out,
+        "    overwrite: bool = False,\n    verbose: bool = False,\n    progress: bool = False,\n) -> {class}:"
+    );
     let about = verb.get_long_about().or(verb.get_about()).map(ToString::to_string).unwrap_or_default();
     let (first, rest) = about.split_once("\n\n").unwrap_or((&about, ""));
     let _ = writeln!(out, "    \"\"\"{}.\n", first.trim().trim_end_matches('.').replace('\\', "\\\\"));
@@ -223,14 +230,13 @@ fn function(verb: &Command, path: &[String], classes: &OutcomeClasses) -> String
         let _ = writeln!(out, "        {},", parameter.words());
     }
     out.push_str("    ]\n");
-    let call = format!("run({class}, words, overwrite=overwrite, verbose=verbose, progress=progress)");
-    match outcome {
-        Some(_) => {
-            let _ = writeln!(out, "    outcome: {class} = {call}\n    return outcome");
-        }
-        None => {
-            let _ = writeln!(out, "    {}", call.replace("run(None,", "run(object,"));
-        }
-    }
+    let keywords = "overwrite=overwrite, verbose=verbose, progress=progress";
+    let _ = match outcome {
+        Some(_) => writeln!(
+            out,
+            "    outcome: {class} = run(\n        {class}, words, {keywords}\n    )\n    return outcome"
+        ),
+        None => writeln!(out, "    run(object, words, {keywords})"),
+    };
     out
 }

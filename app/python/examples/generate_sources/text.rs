@@ -7,13 +7,20 @@ pub const HEAD: &str =
 /// Longest line of documentation.
 const WIDTH: usize = 110;
 
-/// Words of Python that an option or a verb of the program may have as its name.
-const KEYWORDS: [&str; 10] =
-    ["as", "class", "for", "from", "global", "if", "import", "in", "is", "lambda"];
+/// Words of Python, which are no names.
+const KEYWORDS: [&str; 32] = [
+    "and", "as", "assert", "async", "await", "break", "class", "continue", "def", "del", "elif", "else",
+    "except", "finally", "for", "from", "global", "if", "import", "in", "is", "lambda", "nonlocal", "not",
+    "or", "pass", "raise", "return", "try", "while", "with", "yield",
+];
 
-/// A name of the program as one of Python: `fit-material` is `fit_material`, `import` is `import_`.
+/// A name of the program as one of Python: `fit-material` is `fit_material`, `import` is `import_`, `100` is `key_100`.
 pub fn identifier(name: &str) -> String {
-    let name = name.replace('-', "_").to_lowercase();
+    let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    let name = words.collect::<Vec<_>>().join("_").to_lowercase();
+    if name.starts_with(|c: char| c.is_ascii_digit()) {
+        return format!("key_{name}");
+    }
     if KEYWORDS.contains(&name.as_str()) { name + "_" } else { name }
 }
 

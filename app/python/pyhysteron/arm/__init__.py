@@ -9,20 +9,35 @@ from typing import Literal
 
 from . import fit, identify
 from .. import outcomes
-from .._verb import PathLike, flag, option, options, positional, run
+from .._verb import PathLike, flag, option, options, positional, positionals, run
 
-__all__ = ["adapt", "check", "dynamics", "emulate", "estimate", "evaluate", "excite", "export", "fit", "generate", "identify", "info", "record", "simulate"]
+__all__ = [
+    "adapt",
+    "check",
+    "dynamics",
+    "emulate",
+    "estimate",
+    "evaluate",
+    "excite",
+    "export",
+    "fit",
+    "generate",
+    "identify",
+    "info",
+    "record",
+    "simulate",
+]
 
 
 def adapt(
     actuator: PathLike,
-    recordings: Sequence[PathLike],
+    recordings: PathLike | Sequence[PathLike],
     *,
     out: PathLike,
     updates: int | None = None,
     robot: str | None = None,
     fix_base: bool = False,
-    arg: Sequence[str] | None = None,
+    arg: str | Sequence[str] | None = None,
     overwrite: bool = False,
     verbose: bool = False,
     progress: bool = False,
@@ -50,14 +65,16 @@ def adapt(
     words = [
         "arm", "adapt",
         *positional(actuator),
-        *(word for one in recordings for word in positional(one)),
+        *positionals(recordings),
         *option("--out", out),
         *option("--updates", updates),
         *option("--robot", robot),
         *flag("--fix-base", fix_base),
         *options("--arg", arg, None),
     ]
-    outcome: outcomes.ArmAdaptOutcome = run(outcomes.ArmAdaptOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmAdaptOutcome = run(
+        outcomes.ArmAdaptOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -65,7 +82,7 @@ def info(
     model: str,
     *,
     fix_base: bool = False,
-    arg: Sequence[str] | None = None,
+    arg: str | Sequence[str] | None = None,
     overwrite: bool = False,
     verbose: bool = False,
     progress: bool = False,
@@ -92,7 +109,9 @@ def info(
         *flag("--fix-base", fix_base),
         *options("--arg", arg, None),
     ]
-    outcome: outcomes.ArmInfoOutcome = run(outcomes.ArmInfoOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmInfoOutcome = run(
+        outcomes.ArmInfoOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -100,7 +119,7 @@ def check(
     model: str,
     *,
     fix_base: bool = False,
-    arg: Sequence[str] | None = None,
+    arg: str | Sequence[str] | None = None,
     overwrite: bool = False,
     verbose: bool = False,
     progress: bool = False,
@@ -130,7 +149,9 @@ def check(
         *flag("--fix-base", fix_base),
         *options("--arg", arg, None),
     ]
-    outcome: outcomes.ArmCheckOutcome = run(outcomes.ArmCheckOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmCheckOutcome = run(
+        outcomes.ArmCheckOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -140,7 +161,7 @@ def dynamics(
     states: PathLike,
     out: PathLike,
     fix_base: bool = False,
-    arg: Sequence[str] | None = None,
+    arg: str | Sequence[str] | None = None,
     frame: str | None = None,
     derivatives: bool = False,
     overwrite: bool = False,
@@ -177,7 +198,9 @@ def dynamics(
         *option("--frame", frame),
         *flag("--derivatives", derivatives),
     ]
-    outcome: outcomes.ArmDynamicsOutcome = run(outcomes.ArmDynamicsOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmDynamicsOutcome = run(
+        outcomes.ArmDynamicsOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -231,7 +254,9 @@ def emulate(
         *flag("--relaxed", relaxed),
         *option("--for-s", for_s),
     ]
-    outcome: outcomes.ArmEmulateOutcome = run(outcomes.ArmEmulateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmEmulateOutcome = run(
+        outcomes.ArmEmulateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -244,7 +269,7 @@ def estimate(
     seconds: float | None = None,
     robot: str | None = None,
     fix_base: bool = False,
-    arg: Sequence[str] | None = None,
+    arg: str | Sequence[str] | None = None,
     gain: float | None = None,
     overwrite: bool = False,
     verbose: bool = False,
@@ -285,22 +310,24 @@ def estimate(
         *options("--arg", arg, None),
         *option("--gain", gain),
     ]
-    outcome: outcomes.ArmEstimateOutcome = run(outcomes.ArmEstimateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmEstimateOutcome = run(
+        outcomes.ArmEstimateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
 def evaluate(
     model: PathLike,
-    recordings: Sequence[PathLike],
+    recordings: PathLike | Sequence[PathLike],
     *,
     out: PathLike | None = None,
     figures: PathLike | None = None,
     robot: str | None = None,
     fix_base: bool = False,
-    arg: Sequence[str] | None = None,
-    leave_out: Sequence[str] | None = None,
-    free: Sequence[str] | None = None,
-    detectors: Sequence[PathLike] | None = None,
+    arg: str | Sequence[str] | None = None,
+    leave_out: str | Sequence[str] | None = None,
+    free: str | Sequence[str] | None = None,
+    detectors: PathLike | Sequence[PathLike] | None = None,
     cutoff: float | None = None,
     overwrite: bool = False,
     verbose: bool = False,
@@ -337,7 +364,7 @@ def evaluate(
     words = [
         "arm", "evaluate",
         *positional(model),
-        *(word for one in recordings for word in positional(one)),
+        *positionals(recordings),
         *option("--out", out),
         *option("--figures", figures),
         *option("--robot", robot),
@@ -348,7 +375,9 @@ def evaluate(
         *options("--detectors", detectors, None),
         *option("--cutoff", cutoff),
     ]
-    outcome: outcomes.ArmEvaluateOutcome = run(outcomes.ArmEvaluateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmEvaluateOutcome = run(
+        outcomes.ArmEvaluateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -357,14 +386,14 @@ def excite(
     *,
     out: PathLike,
     fix_base: bool = False,
-    arg: Sequence[str] | None = None,
+    arg: str | Sequence[str] | None = None,
     shape: Literal["fourier", "quintic", "cycloid"] | None = None,
     duration_s: float | None = None,
     harmonics: int | None = None,
     generations: int | None = None,
     seed: int | None = None,
-    from_: Sequence[float] | None = None,
-    to: Sequence[float] | None = None,
+    from_: float | Sequence[float] | None = None,
+    to: float | Sequence[float] | None = None,
     limits: float | None = None,
     speed_limit: float | None = None,
     acceleration_limit: float | None = None,
@@ -425,7 +454,9 @@ def excite(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.ArmExciteOutcome = run(outcomes.ArmExciteOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmExciteOutcome = run(
+        outcomes.ArmExciteOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -434,7 +465,7 @@ def export(
     *,
     out: PathLike,
     fix_base: bool = False,
-    arg: Sequence[str] | None = None,
+    arg: str | Sequence[str] | None = None,
     parameters: PathLike | None = None,
     joints: bool = False,
     overwrite: bool = False,
@@ -469,7 +500,9 @@ def export(
         *option("--parameters", parameters),
         *flag("--joints", joints),
     ]
-    outcome: outcomes.ArmExportOutcome = run(outcomes.ArmExportOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmExportOutcome = run(
+        outcomes.ArmExportOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -478,10 +511,10 @@ def generate(
     out: PathLike,
     arm: str | None = None,
     seed: int | None = None,
-    subsets: Sequence[str] | None = None,
-    tasks: Sequence[str] | None = None,
-    splits: Sequence[str] | None = None,
-    payloads_g: Sequence[int] | None = None,
+    subsets: str | Sequence[str] | None = None,
+    tasks: str | Sequence[str] | None = None,
+    splits: str | Sequence[str] | None = None,
+    payloads_g: int | Sequence[int] | None = None,
     trajectories: int | None = None,
     overwrite: bool = False,
     verbose: bool = False,
@@ -520,7 +553,9 @@ def generate(
         *options("--payloads-g", payloads_g, ","),
         *option("--trajectories", trajectories),
     ]
-    outcome: outcomes.ArmGenerateOutcome = run(outcomes.ArmGenerateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmGenerateOutcome = run(
+        outcomes.ArmGenerateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -561,7 +596,9 @@ def record(
         *option("--payload-g", payload_g),
         *flag("--degraded", degraded),
     ]
-    outcome: outcomes.ArmRecordOutcome = run(outcomes.ArmRecordOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmRecordOutcome = run(
+        outcomes.ArmRecordOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
@@ -571,8 +608,8 @@ def simulate(
     torques: PathLike,
     out: PathLike,
     fix_base: bool = False,
-    arg: Sequence[str] | None = None,
-    start: Sequence[float] | None = None,
+    arg: str | Sequence[str] | None = None,
+    start: float | Sequence[float] | None = None,
     substeps: int | None = None,
     figures: PathLike | None = None,
     png: bool = False,
@@ -615,5 +652,7 @@ def simulate(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.ArmSimulateOutcome = run(outcomes.ArmSimulateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmSimulateOutcome = run(
+        outcomes.ArmSimulateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome

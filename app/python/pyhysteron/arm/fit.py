@@ -8,13 +8,16 @@ from collections.abc import Sequence
 from typing import Literal
 
 from .. import outcomes
-from .._verb import PathLike, flag, option, options, positional, run
+from .._verb import PathLike, flag, option, options, positional, positionals, run
 
-__all__ = ["delan", "neural"]
+__all__ = [
+    "delan",
+    "neural",
+]
 
 
 def delan(
-    recordings: Sequence[PathLike],
+    recordings: PathLike | Sequence[PathLike],
     *,
     out: PathLike,
     variant: str | None = None,
@@ -58,7 +61,7 @@ def delan(
     """
     words = [
         "arm", "fit", "delan",
-        *(word for one in recordings for word in positional(one)),
+        *positionals(recordings),
         *option("--out", out),
         *option("--variant", variant),
         *option("--hidden", hidden),
@@ -69,19 +72,21 @@ def delan(
         *option("--cutoff", cutoff),
         *option("--seed", seed),
     ]
-    outcome: outcomes.ArmFitDelanOutcome = run(outcomes.ArmFitDelanOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmFitDelanOutcome = run(
+        outcomes.ArmFitDelanOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
 def neural(
-    recordings: Sequence[PathLike],
+    recordings: PathLike | Sequence[PathLike],
     *,
     out: PathLike,
     model: str | None = None,
     fix_base: bool = False,
-    arg: Sequence[str] | None = None,
-    leave_out: Sequence[str] | None = None,
-    free: Sequence[str] | None = None,
+    arg: str | Sequence[str] | None = None,
+    leave_out: str | Sequence[str] | None = None,
+    free: str | Sequence[str] | None = None,
     form: str | None = None,
     block: str | None = None,
     width: int | None = None,
@@ -90,7 +95,7 @@ def neural(
     drive: str | None = None,
     warm_start: int | None = None,
     updates: int | None = None,
-    horizons: Sequence[int] | None = None,
+    horizons: int | Sequence[int] | None = None,
     rollouts: int | None = None,
     sensing: str | None = None,
     sensing_updates: int | None = None,
@@ -171,7 +176,7 @@ def neural(
     """
     words = [
         "arm", "fit", "neural",
-        *(word for one in recordings for word in positional(one)),
+        *positionals(recordings),
         *option("--out", out),
         *option("--model", model),
         *flag("--fix-base", fix_base),
@@ -202,5 +207,7 @@ def neural(
         *flag("--load-friction", load_friction),
         *option("--seed", seed),
     ]
-    outcome: outcomes.ArmFitNeuralOutcome = run(outcomes.ArmFitNeuralOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmFitNeuralOutcome = run(
+        outcomes.ArmFitNeuralOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome

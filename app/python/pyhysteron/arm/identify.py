@@ -8,27 +8,32 @@ from collections.abc import Sequence
 from typing import Literal
 
 from .. import outcomes
-from .._verb import PathLike, flag, option, options, positional, run
+from .._verb import PathLike, flag, option, options, positional, positionals, run
 
-__all__ = ["friction", "inertia", "payload", "servo"]
+__all__ = [
+    "friction",
+    "inertia",
+    "payload",
+    "servo",
+]
 
 
 def inertia(
     model: str,
-    recordings: Sequence[PathLike],
+    recordings: PathLike | Sequence[PathLike],
     *,
     out: PathLike,
     fix_base: bool = False,
-    arg: Sequence[str] | None = None,
+    arg: str | Sequence[str] | None = None,
     test: PathLike | None = None,
     hold_out: float | None = None,
     prior: float | None = None,
     response: bool = False,
     robot: PathLike | None = None,
     cutoff: float | None = None,
-    torque_constants: Sequence[float] | None = None,
+    torque_constants: float | Sequence[float] | None = None,
     width: float | None = None,
-    lock: Sequence[str] | None = None,
+    lock: str | Sequence[str] | None = None,
     figures: PathLike | None = None,
     png: bool = False,
     overwrite: bool = False,
@@ -67,7 +72,7 @@ def inertia(
     words = [
         "arm", "identify", "inertia",
         *positional(model),
-        *(word for one in recordings for word in positional(one)),
+        *positionals(recordings),
         *flag("--fix-base", fix_base),
         *options("--arg", arg, None),
         *option("--test", test),
@@ -83,12 +88,14 @@ def inertia(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.ArmIdentifyInertiaOutcome = run(outcomes.ArmIdentifyInertiaOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmIdentifyInertiaOutcome = run(
+        outcomes.ArmIdentifyInertiaOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
 def friction(
-    recordings: Sequence[PathLike],
+    recordings: PathLike | Sequence[PathLike],
     *,
     out: PathLike,
     joint: int | None = None,
@@ -129,7 +136,7 @@ def friction(
     """
     words = [
         "arm", "identify", "friction",
-        *(word for one in recordings for word in positional(one)),
+        *positionals(recordings),
         *option("--joint", joint),
         *option("--law", law),
         *option("--method", method),
@@ -140,15 +147,17 @@ def friction(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.ArmIdentifyFrictionOutcome = run(outcomes.ArmIdentifyFrictionOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmIdentifyFrictionOutcome = run(
+        outcomes.ArmIdentifyFrictionOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
 def servo(
-    recordings: Sequence[PathLike],
+    recordings: PathLike | Sequence[PathLike],
     *,
     out: PathLike,
-    test: Sequence[PathLike] | None = None,
+    test: PathLike | Sequence[PathLike] | None = None,
     drive: str | None = None,
     law: str | None = None,
     mass_kg: float | None = None,
@@ -189,7 +198,7 @@ def servo(
     """
     words = [
         "arm", "identify", "servo",
-        *(word for one in recordings for word in positional(one)),
+        *positionals(recordings),
         *options("--test", test, None),
         *option("--drive", drive),
         *option("--law", law),
@@ -202,24 +211,26 @@ def servo(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.ArmIdentifyServoOutcome = run(outcomes.ArmIdentifyServoOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmIdentifyServoOutcome = run(
+        outcomes.ArmIdentifyServoOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome
 
 
 def payload(
     model: str,
-    recordings: Sequence[PathLike],
+    recordings: PathLike | Sequence[PathLike],
     *,
-    bare: Sequence[PathLike],
+    bare: PathLike | Sequence[PathLike],
     out: PathLike,
     fix_base: bool = False,
-    arg: Sequence[str] | None = None,
+    arg: str | Sequence[str] | None = None,
     frame: str | None = None,
     robot: PathLike | None = None,
     cutoff: float | None = None,
-    torque_constants: Sequence[float] | None = None,
+    torque_constants: float | Sequence[float] | None = None,
     width: float | None = None,
-    lock: Sequence[str] | None = None,
+    lock: str | Sequence[str] | None = None,
     figures: PathLike | None = None,
     png: bool = False,
     overwrite: bool = False,
@@ -256,7 +267,7 @@ def payload(
     words = [
         "arm", "identify", "payload",
         *positional(model),
-        *(word for one in recordings for word in positional(one)),
+        *positionals(recordings),
         *flag("--fix-base", fix_base),
         *options("--arg", arg, None),
         *options("--bare", bare, None),
@@ -270,5 +281,7 @@ def payload(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.ArmIdentifyPayloadOutcome = run(outcomes.ArmIdentifyPayloadOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress)
+    outcome: outcomes.ArmIdentifyPayloadOutcome = run(
+        outcomes.ArmIdentifyPayloadOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
+    )
     return outcome

@@ -91,7 +91,8 @@ fn bad_input<'a>(cause: &'a (dyn std::error::Error + 'static)) -> Option<&'a Bad
         return error.bad_input();
     }
     if let Some(
-        hysteron_learn::Error::BadInput(bad) | hysteron_learn::Error::File(hysteron_base::Error::BadInput(bad)),
+        hysteron_learn::Error::BadInput(bad)
+        | hysteron_learn::Error::File(hysteron_base::Error::BadInput(bad)),
     ) = cause.downcast_ref()
     {
         return Some(bad);
