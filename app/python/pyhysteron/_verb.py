@@ -13,7 +13,7 @@ from ._errors import Error
 from ._listener import Listener
 from ._outcome import read
 
-__all__ = ["PathLike", "flag", "option", "options", "positional", "positionals", "program", "run"]
+__all__ = ["PathLike", "flag", "option", "options", "positional", "positionals", "program", "run_verb"]
 
 PathLike = Union[str, "os.PathLike[str]"]
 
@@ -70,7 +70,7 @@ def flag(name: str, is_set: bool) -> list[str]:
     return [name] if is_set else []
 
 
-def run(outcome: Any, words: list[str], *, overwrite: bool, verbose: bool, progress: bool) -> Any:
+def run_verb(outcome: Any, words: list[str], *, overwrite: bool, verbose: bool, progress: bool) -> Any:
     """Run a verb in this process and return its outcome, of this type."""
     arguments = words + flag("--overwrite", overwrite) + ([] if verbose else ["--quiet"])
     try:

@@ -68,7 +68,7 @@ fn add_module(
     let _ = writeln!(out, "from {dots} import outcomes");
     let _ = writeln!(
         out,
-        "from {dots}_verb import PathLike, flag, option, options, positional, positionals, run"
+        "from {dots}_verb import PathLike, flag, option, options, positional, positionals, run_verb"
     );
     let lines: String = names.iter().map(|name| format!("    {},\n", quoted(name))).collect();
     let _ = writeln!(out, "\n__all__ = [\n{lines}]");
@@ -234,9 +234,9 @@ fn function(verb: &Command, path: &[String], classes: &OutcomeClasses) -> String
     let _ = match outcome {
         Some(_) => writeln!(
             out,
-            "    outcome: {class} = run(\n        {class}, words, {keywords}\n    )\n    return outcome"
+            "    outcome: {class} = run_verb(\n        {class}, words, {keywords}\n    )\n    return outcome"
         ),
-        None => writeln!(out, "    run(object, words, {keywords})"),
+        None => writeln!(out, "    run_verb(object, words, {keywords})"),
     };
     out
 }
