@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 __version__: str
 COMMIT: str
+__all__: list[str]
 
 _T = TypeVar("_T")
 _Path = str | PathLike[str]

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Literal
 
 from . import outcomes
-from ._verb import PathLike, flag, option, options, positional, positionals, run
+from ._verb import PathLike, flag, option, options, positional, positionals, run_verb
 
 __all__ = [
     "adapt",
@@ -102,7 +102,7 @@ def simulate(
         *flag("--resume", resume),
         *option("--save-state", save_state),
     ]
-    outcome: outcomes.SimulateOutcome = run(
+    outcome: outcomes.SimulateOutcome = run_verb(
         outcomes.SimulateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -174,7 +174,7 @@ def reach(
         *flag("--resume", resume),
         *option("--save-state", save_state),
     ]
-    outcome: outcomes.ReachOutcome = run(
+    outcome: outcomes.ReachOutcome = run_verb(
         outcomes.ReachOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -264,7 +264,7 @@ def mesh(
         *option("--out", out),
         *option("--vtu", vtu),
     ]
-    outcome: outcomes.MeshOutcome = run(
+    outcome: outcomes.MeshOutcome = run_verb(
         outcomes.MeshOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -313,7 +313,7 @@ def reduce(
         *option("--tension-n", tension_n),
         *option("--out", out),
     ]
-    outcome: outcomes.ReduceOutcome = run(
+    outcome: outcomes.ReduceOutcome = run_verb(
         outcomes.ReduceOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -349,7 +349,7 @@ def check(
         "check",
         *positionals(files),
     ]
-    outcome: outcomes.CheckOutcome = run(
+    outcome: outcomes.CheckOutcome = run_verb(
         outcomes.CheckOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -428,7 +428,7 @@ def record(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.RecordOutcome = run(
+    outcome: outcomes.RecordOutcome = run_verb(
         outcomes.RecordOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -504,7 +504,7 @@ def import_(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.ImportOutcome = run(
+    outcome: outcomes.ImportOutcome = run_verb(
         outcomes.ImportOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -584,7 +584,7 @@ def fit_material(
         *option("--huber-mm", huber_mm),
         *option("--frame", frame),
     ]
-    outcome: outcomes.FitMaterialOutcome = run(
+    outcome: outcomes.FitMaterialOutcome = run_verb(
         outcomes.FitMaterialOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -642,7 +642,7 @@ def identify(
         *option("--residual", residual),
         *flag("--skip-bad", skip_bad),
     ]
-    outcome: outcomes.IdentifyOutcome = run(
+    outcome: outcomes.IdentifyOutcome = run_verb(
         outcomes.IdentifyOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -710,7 +710,7 @@ def fit_residual(
         *option("--batch", batch),
         *option("--seed", seed),
     ]
-    outcome: outcomes.FitResidualOutcome = run(
+    outcome: outcomes.FitResidualOutcome = run_verb(
         outcomes.FitResidualOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -761,7 +761,7 @@ def adapt(
         *option("--figures", figures),
         *option("--memory-s", memory_s),
     ]
-    outcome: outcomes.AdaptOutcome = run(
+    outcome: outcomes.AdaptOutcome = run_verb(
         outcomes.AdaptOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -816,7 +816,7 @@ def generate(
         *options("--real", real, None),
         *flag("--png", png),
     ]
-    outcome: outcomes.GenerateOutcome = run(
+    outcome: outcomes.GenerateOutcome = run_verb(
         outcomes.GenerateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -862,7 +862,7 @@ def target(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.TargetOutcome = run(
+    outcome: outcomes.TargetOutcome = run_verb(
         outcomes.TargetOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -910,7 +910,7 @@ def evaluate(
         *flag("--whole", whole),
         *flag("--relative-to-rest", relative_to_rest),
     ]
-    outcome: outcomes.EvaluateOutcome = run(
+    outcome: outcomes.EvaluateOutcome = run_verb(
         outcomes.EvaluateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -982,7 +982,7 @@ def train(
         *option("--batch", batch),
         *option("--seed", seed),
     ]
-    outcome: outcomes.TrainOutcome = run(
+    outcome: outcomes.TrainOutcome = run_verb(
         outcomes.TrainOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -1039,7 +1039,7 @@ def command(
         *option("--stroke-rate-max-mm-s", stroke_rate_max_mm_s),
         *option("--figures", figures),
     ]
-    outcome: outcomes.CommandOutcome = run(
+    outcome: outcomes.CommandOutcome = run_verb(
         outcomes.CommandOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -1102,7 +1102,7 @@ def track(
         *option("--baseline", baseline),
         *flag("--png", png),
     ]
-    outcome: outcomes.TrackOutcome = run(
+    outcome: outcomes.TrackOutcome = run_verb(
         outcomes.TrackOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -1154,7 +1154,7 @@ def fit_sensor(
         *option("--stall-torque", stall_torque),
         *option("--out", out),
     ]
-    outcome: outcomes.FitSensorOutcome = run(
+    outcome: outcomes.FitSensorOutcome = run_verb(
         outcomes.FitSensorOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -1208,7 +1208,7 @@ def sense(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.SenseOutcome = run(
+    outcome: outcomes.SenseOutcome = run_verb(
         outcomes.SenseOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -1259,7 +1259,7 @@ def identify_servo(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.IdentifyServoOutcome = run(
+    outcome: outcomes.IdentifyServoOutcome = run_verb(
         outcomes.IdentifyServoOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -1290,7 +1290,7 @@ def demo(
         "demo",
         *option("--out", out),
     ]
-    outcome: outcomes.DemoOutcome = run(
+    outcome: outcomes.DemoOutcome = run_verb(
         outcomes.DemoOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome

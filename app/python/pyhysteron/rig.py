@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Literal
 
 from . import outcomes
-from ._verb import PathLike, flag, option, options, positional, positionals, run
+from ._verb import PathLike, flag, option, options, positional, positionals, run_verb
 
 __all__ = [
     "calibrate",
@@ -59,7 +59,7 @@ def check(
         *flag("--restore", restore),
         *flag("--yes", yes),
     ]
-    outcome: outcomes.RigCheckOutcome = run(
+    outcome: outcomes.RigCheckOutcome = run_verb(
         outcomes.RigCheckOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -100,7 +100,7 @@ def calibrate(
         *flag("--keep-registers", keep_registers),
         *option("--seed", seed),
     ]
-    outcome: outcomes.RigCalibrateOutcome = run(
+    outcome: outcomes.RigCalibrateOutcome = run_verb(
         outcomes.RigCalibrateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -165,7 +165,7 @@ def emulate(
         *option("--port-tracker", port_tracker),
         *option("--for-s", for_s),
     ]
-    outcome: outcomes.RigEmulateOutcome = run(
+    outcome: outcomes.RigEmulateOutcome = run_verb(
         outcomes.RigEmulateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -199,7 +199,7 @@ def recover(
         *positional(journal),
         *option("--out", out),
     ]
-    outcome: outcomes.RigRecoverOutcome = run(
+    outcome: outcomes.RigRecoverOutcome = run_verb(
         outcomes.RigRecoverOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Literal
 
 from . import outcomes
-from ._verb import PathLike, flag, option, options, positional, positionals, run
+from ._verb import PathLike, flag, option, options, positional, positionals, run_verb
 
 __all__ = [
     "ablation",
@@ -71,7 +71,7 @@ def run(
         *positional(study),
         *option("--out", out),
     ]
-    outcome: outcomes.StudyRunOutcome = run(
+    outcome: outcomes.StudyRunOutcome = run_verb(
         outcomes.StudyRunOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -109,7 +109,7 @@ def sofa(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudySofaOutcome = run(
+    outcome: outcomes.StudySofaOutcome = run_verb(
         outcomes.StudySofaOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -147,7 +147,7 @@ def convergence(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyConvergenceOutcome = run(
+    outcome: outcomes.StudyConvergenceOutcome = run_verb(
         outcomes.StudyConvergenceOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -188,7 +188,7 @@ def sorosim(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudySorosimOutcome = run(
+    outcome: outcomes.StudySorosimOutcome = run_verb(
         outcomes.StudySorosimOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -229,7 +229,7 @@ def tentacle(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyTentacleOutcome = run(
+    outcome: outcomes.StudyTentacleOutcome = run_verb(
         outcomes.StudyTentacleOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -270,7 +270,7 @@ def ftdcr(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyFtdcrOutcome = run(
+    outcome: outcomes.StudyFtdcrOutcome = run_verb(
         outcomes.StudyFtdcrOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -311,7 +311,7 @@ def inverse(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyInverseOutcome = run(
+    outcome: outcomes.StudyInverseOutcome = run_verb(
         outcomes.StudyInverseOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -349,7 +349,7 @@ def coreact(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyCoreactOutcome = run(
+    outcome: outcomes.StudyCoreactOutcome = run_verb(
         outcomes.StudyCoreactOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -387,7 +387,7 @@ def robots(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyRobotsOutcome = run(
+    outcome: outcomes.StudyRobotsOutcome = run_verb(
         outcomes.StudyRobotsOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -425,7 +425,7 @@ def ablation(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyAblationOutcome = run(
+    outcome: outcomes.StudyAblationOutcome = run_verb(
         outcomes.StudyAblationOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -469,7 +469,7 @@ def population(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyPopulationOutcome = run(
+    outcome: outcomes.StudyPopulationOutcome = run_verb(
         outcomes.StudyPopulationOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -507,7 +507,7 @@ def layouts(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyLayoutsOutcome = run(
+    outcome: outcomes.StudyLayoutsOutcome = run_verb(
         outcomes.StudyLayoutsOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -545,7 +545,7 @@ def adaptation(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyAdaptationOutcome = run(
+    outcome: outcomes.StudyAdaptationOutcome = run_verb(
         outcomes.StudyAdaptationOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -583,7 +583,7 @@ def sensing(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudySensingOutcome = run(
+    outcome: outcomes.StudySensingOutcome = run_verb(
         outcomes.StudySensingOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -621,7 +621,7 @@ def edic(
         *flag("--quick", quick),
         *option("--repository", repository),
     ]
-    outcome: outcomes.StudyEdicOutcome = run(
+    outcome: outcomes.StudyEdicOutcome = run_verb(
         outcomes.StudyEdicOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -697,7 +697,7 @@ def simulated(
         *option("--penalty", penalty),
         *flag("--published", published),
     ]
-    outcome: outcomes.StudySimulatedOutcome = run(
+    outcome: outcomes.StudySimulatedOutcome = run_verb(
         outcomes.StudySimulatedOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -776,7 +776,7 @@ def characters(
         *option("--penalty", penalty),
         *flag("--published", published),
     ]
-    outcome: outcomes.StudyCharactersOutcome = run(
+    outcome: outcomes.StudyCharactersOutcome = run_verb(
         outcomes.StudyCharactersOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -847,7 +847,7 @@ def baxter_circle(
         *option("--penalty", penalty),
         *flag("--published", published),
     ]
-    outcome: outcomes.StudyBaxterCircleOutcome = run(
+    outcome: outcomes.StudyBaxterCircleOutcome = run_verb(
         outcomes.StudyBaxterCircleOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -918,7 +918,7 @@ def baxter_helical(
         *option("--penalty", penalty),
         *flag("--published", published),
     ]
-    outcome: outcomes.StudyBaxterHelicalOutcome = run(
+    outcome: outcomes.StudyBaxterHelicalOutcome = run_verb(
         outcomes.StudyBaxterHelicalOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -989,7 +989,7 @@ def kuka(
         *option("--penalty", penalty),
         *flag("--published", published),
     ]
-    outcome: outcomes.StudyKukaOutcome = run(
+    outcome: outcomes.StudyKukaOutcome = run_verb(
         outcomes.StudyKukaOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -1060,7 +1060,7 @@ def panda(
         *option("--penalty", penalty),
         *flag("--published", published),
     ]
-    outcome: outcomes.StudyPandaOutcome = run(
+    outcome: outcomes.StudyPandaOutcome = run_verb(
         outcomes.StudyPandaOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -1131,7 +1131,7 @@ def recorded(
         *option("--penalty", penalty),
         *flag("--published", published),
     ]
-    outcome: outcomes.StudyRecordedOutcome = run(
+    outcome: outcomes.StudyRecordedOutcome = run_verb(
         outcomes.StudyRecordedOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -1165,7 +1165,7 @@ def scara(
         *option("--out", out),
         *option("--seeds", seeds),
     ]
-    outcome: outcomes.StudyScaraOutcome = run(
+    outcome: outcomes.StudyScaraOutcome = run_verb(
         outcomes.StudyScaraOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -1199,7 +1199,7 @@ def wrist(
         *option("--out", out),
         *option("--seeds", seeds),
     ]
-    outcome: outcomes.StudyWristOutcome = run(
+    outcome: outcomes.StudyWristOutcome = run_verb(
         outcomes.StudyWristOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -1236,7 +1236,7 @@ def identification(
         *option("--out", out),
         *option("--seeds", seeds),
     ]
-    outcome: outcomes.StudyIdentificationOutcome = run(
+    outcome: outcomes.StudyIdentificationOutcome = run_verb(
         outcomes.StudyIdentificationOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -1273,7 +1273,7 @@ def force(
         *option("--out", out),
         *option("--seeds", seeds),
     ]
-    outcome: outcomes.StudyForceOutcome = run(
+    outcome: outcomes.StudyForceOutcome = run_verb(
         outcomes.StudyForceOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -1317,7 +1317,7 @@ def neural(
         *option("--first-seed", first_seed),
         *flag("--quick", quick),
     ]
-    outcome: outcomes.StudyNeuralOutcome = run(
+    outcome: outcomes.StudyNeuralOutcome = run_verb(
         outcomes.StudyNeuralOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -1361,7 +1361,7 @@ def neural_networks(
         *option("--first-seed", first_seed),
         *flag("--quick", quick),
     ]
-    outcome: outcomes.StudyNeuralNetworksOutcome = run(
+    outcome: outcomes.StudyNeuralNetworksOutcome = run_verb(
         outcomes.StudyNeuralNetworksOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -1402,7 +1402,7 @@ def cloning(
         *option("--actuator", actuator),
         *flag("--quick", quick),
     ]
-    outcome: outcomes.StudyCloningOutcome = run(
+    outcome: outcomes.StudyCloningOutcome = run_verb(
         outcomes.StudyCloningOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome

@@ -9,7 +9,7 @@ from typing import Literal
 
 from . import fit, identify
 from .. import outcomes
-from .._verb import PathLike, flag, option, options, positional, positionals, run
+from .._verb import PathLike, flag, option, options, positional, positionals, run_verb
 
 __all__ = [
     "adapt",
@@ -72,7 +72,7 @@ def adapt(
         *flag("--fix-base", fix_base),
         *options("--arg", arg, None),
     ]
-    outcome: outcomes.ArmAdaptOutcome = run(
+    outcome: outcomes.ArmAdaptOutcome = run_verb(
         outcomes.ArmAdaptOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -109,7 +109,7 @@ def info(
         *flag("--fix-base", fix_base),
         *options("--arg", arg, None),
     ]
-    outcome: outcomes.ArmInfoOutcome = run(
+    outcome: outcomes.ArmInfoOutcome = run_verb(
         outcomes.ArmInfoOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -149,7 +149,7 @@ def check(
         *flag("--fix-base", fix_base),
         *options("--arg", arg, None),
     ]
-    outcome: outcomes.ArmCheckOutcome = run(
+    outcome: outcomes.ArmCheckOutcome = run_verb(
         outcomes.ArmCheckOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -198,7 +198,7 @@ def dynamics(
         *option("--frame", frame),
         *flag("--derivatives", derivatives),
     ]
-    outcome: outcomes.ArmDynamicsOutcome = run(
+    outcome: outcomes.ArmDynamicsOutcome = run_verb(
         outcomes.ArmDynamicsOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -254,7 +254,7 @@ def emulate(
         *flag("--relaxed", relaxed),
         *option("--for-s", for_s),
     ]
-    outcome: outcomes.ArmEmulateOutcome = run(
+    outcome: outcomes.ArmEmulateOutcome = run_verb(
         outcomes.ArmEmulateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -310,7 +310,7 @@ def estimate(
         *options("--arg", arg, None),
         *option("--gain", gain),
     ]
-    outcome: outcomes.ArmEstimateOutcome = run(
+    outcome: outcomes.ArmEstimateOutcome = run_verb(
         outcomes.ArmEstimateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -375,7 +375,7 @@ def evaluate(
         *options("--detectors", detectors, None),
         *option("--cutoff", cutoff),
     ]
-    outcome: outcomes.ArmEvaluateOutcome = run(
+    outcome: outcomes.ArmEvaluateOutcome = run_verb(
         outcomes.ArmEvaluateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -454,7 +454,7 @@ def excite(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.ArmExciteOutcome = run(
+    outcome: outcomes.ArmExciteOutcome = run_verb(
         outcomes.ArmExciteOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -500,7 +500,7 @@ def export(
         *option("--parameters", parameters),
         *flag("--joints", joints),
     ]
-    outcome: outcomes.ArmExportOutcome = run(
+    outcome: outcomes.ArmExportOutcome = run_verb(
         outcomes.ArmExportOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -553,7 +553,7 @@ def generate(
         *options("--payloads-g", payloads_g, ","),
         *option("--trajectories", trajectories),
     ]
-    outcome: outcomes.ArmGenerateOutcome = run(
+    outcome: outcomes.ArmGenerateOutcome = run_verb(
         outcomes.ArmGenerateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -596,7 +596,7 @@ def record(
         *option("--payload-g", payload_g),
         *flag("--degraded", degraded),
     ]
-    outcome: outcomes.ArmRecordOutcome = run(
+    outcome: outcomes.ArmRecordOutcome = run_verb(
         outcomes.ArmRecordOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -652,7 +652,7 @@ def simulate(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.ArmSimulateOutcome = run(
+    outcome: outcomes.ArmSimulateOutcome = run_verb(
         outcomes.ArmSimulateOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome

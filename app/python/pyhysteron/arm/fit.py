@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Literal
 
 from .. import outcomes
-from .._verb import PathLike, flag, option, options, positional, positionals, run
+from .._verb import PathLike, flag, option, options, positional, positionals, run_verb
 
 __all__ = [
     "delan",
@@ -72,7 +72,7 @@ def delan(
         *option("--cutoff", cutoff),
         *option("--seed", seed),
     ]
-    outcome: outcomes.ArmFitDelanOutcome = run(
+    outcome: outcomes.ArmFitDelanOutcome = run_verb(
         outcomes.ArmFitDelanOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -207,7 +207,7 @@ def neural(
         *flag("--load-friction", load_friction),
         *option("--seed", seed),
     ]
-    outcome: outcomes.ArmFitNeuralOutcome = run(
+    outcome: outcomes.ArmFitNeuralOutcome = run_verb(
         outcomes.ArmFitNeuralOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Literal
 
 from .. import outcomes
-from .._verb import PathLike, flag, option, options, positional, positionals, run
+from .._verb import PathLike, flag, option, options, positional, positionals, run_verb
 
 __all__ = [
     "friction",
@@ -88,7 +88,7 @@ def inertia(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.ArmIdentifyInertiaOutcome = run(
+    outcome: outcomes.ArmIdentifyInertiaOutcome = run_verb(
         outcomes.ArmIdentifyInertiaOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -147,7 +147,7 @@ def friction(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.ArmIdentifyFrictionOutcome = run(
+    outcome: outcomes.ArmIdentifyFrictionOutcome = run_verb(
         outcomes.ArmIdentifyFrictionOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -211,7 +211,7 @@ def servo(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.ArmIdentifyServoOutcome = run(
+    outcome: outcomes.ArmIdentifyServoOutcome = run_verb(
         outcomes.ArmIdentifyServoOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
@@ -281,7 +281,7 @@ def payload(
         *option("--figures", figures),
         *flag("--png", png),
     ]
-    outcome: outcomes.ArmIdentifyPayloadOutcome = run(
+    outcome: outcomes.ArmIdentifyPayloadOutcome = run_verb(
         outcomes.ArmIdentifyPayloadOutcome, words, overwrite=overwrite, verbose=verbose, progress=progress
     )
     return outcome
