@@ -11,7 +11,20 @@ from numpy.typing import ArrayLike, NDArray
 
 __version__: str
 COMMIT: str
-__all__: list[str]
+
+__all__ = [
+    "COMMIT",
+    "Arm",
+    "ReachReport",
+    "Recording",
+    "Scene",
+    "StepReport",
+    "Twin",
+    "TwinState",
+    "__version__",
+    "run_program",
+    "run_verb",
+]
 
 _T = TypeVar("_T")
 _Path = str | PathLike[str]
