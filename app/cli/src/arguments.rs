@@ -3,14 +3,13 @@
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, Parser, Subcommand};
 use hysteron_base::BadInput;
 use hysteron_workflow::shared::number;
 
-use crate::context::WATCHDOG;
+use crate::invocation::WATCHDOG;
 use crate::terminal;
 
 const HELP: &str = "\
@@ -137,26 +136,39 @@ pub enum Verb {
 
 impl Program {
     /// The arguments as typed; or where they cannot be used, the exit code after the error was reported.
-    pub fn typed() -> Result<Self, ExitCode> {
-        Self::try_parse().map_err(|error| match out_of_range(&error) {
+    pub fn typed(arguments: &[OsString]) -> Result<Self, u8> {
+        Self::parse_from_words(arguments.iter().cloned()).map_err(|error| match out_of_range(&error) {
             Some(bad) => {
                 terminal::report_error(&bad.into());
-                ExitCode::from(2)
+                2
             }
             None => {
                 // Control characters in the typed words are escaped.
-                let shown = |word: OsString| terminal::escaped(&word.to_string_lossy());
-                let again = Self::try_parse_from(std::env::args_os().map(shown));
+                let shown = |word: OsString| OsString::from(terminal::escaped(&word.to_string_lossy()));
+                let again = Self::parse_from_words(arguments.iter().cloned().map(shown));
                 let error = again.err().unwrap_or(error);
                 // Help and version are no errors, and go to stdout.
                 let printed = error.print();
                 if error.use_stderr() {
-                    return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+                    return u8::try_from(error.exit_code()).unwrap_or(2);
                 }
                 terminal::keep_first(printed.and_then(|()| std::io::stdout().flush()));
                 terminal::exit_code_of_printing()
             }
         })
+    }
+
+    /// The arguments of a caller in the same process.
+    ///
+    /// # Errors
+    /// `BadInput` for arguments that cannot be used.
+    pub fn of_caller(arguments: &[OsString]) -> Result<Self, anyhow::Error> {
+        Self::parse_from_words(arguments.iter().cloned())
+            .map_err(|error| out_of_range(&error).unwrap_or_else(|| unusable(&error)).into())
+    }
+
+    fn parse_from_words(words: impl Iterator<Item = OsString>) -> Result<Self, clap::Error> {
+        Self::try_parse_from(std::iter::once(OsString::from("hysteron")).chain(words))
     }
 
     /// Whether results of this program that other arguments have made may be replaced too.
@@ -205,6 +217,24 @@ fn out_of_range(error: &clap::Error) -> Option<BadInput> {
     let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg) else { return None };
     let option = argument.split(' ').next().unwrap_or(argument);
     Some(bad.within(option))
+}
+
+/// Any other error of the command line: its place is the option, where it names one.
+fn unusable(error: &clap::Error) -> BadInput {
+    let text = |kind| match error.get(kind) {
+        Some(ContextValue::String(text)) => text.clone(),
+        Some(ContextValue::Strings(texts)) => texts.join(" "),
+        _ => String::new(),
+    };
+    let place = match text(ContextKind::InvalidArg) {
+        argument if argument.is_empty() => "arguments".to_owned(),
+        argument => argument,
+    };
+    // The first paragraph says what is wrong; usage and advice on --help follow.
+    let rendered = error.render().to_string();
+    let paragraph = rendered.split("\n\n").next().unwrap_or_default();
+    let found = paragraph.strip_prefix("error: ").unwrap_or(paragraph);
+    BadInput::new(place, "arguments that can be used", found.split_whitespace().collect::<Vec<_>>().join(" "))
 }
 
 #[cfg(test)]

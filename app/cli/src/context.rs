@@ -4,11 +4,9 @@ use std::io::{IsTerminal, Write};
 
 use hysteron_workflow::{Context, Progress, ProgressSink};
 
+use crate::invocation::Invocation;
 use crate::terminal::{escaped, is_json, print};
 use crate::{interrupt, progress};
-
-/// The hidden verb of the watchdog process.
-pub const WATCHDOG: &str = "watchdog";
 
 /// `ProgressSink` of the terminal.
 struct Terminal;
@@ -47,15 +45,7 @@ impl ProgressSink for Terminal {
 }
 
 /// Whoever typed the command, for the verbs.
-pub fn by_terminal(overwrite: bool) -> Context<'static> {
-    let watchdog = std::env::current_exe()
-        .map(|program| vec![program.into_os_string(), "--quiet".into(), WATCHDOG.into()]);
-    Context { progress: &Terminal, command: command_line(), overwrite, watchdog: watchdog.ok() }
-}
-
-/// The command line as typed, without the options that cannot change a result.
-fn command_line() -> String {
-    hysteron_workflow::shared::command_line::shown(
-        std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()),
-    )
+pub fn by_terminal(invocation: &Invocation, overwrite: bool) -> Context<'static> {
+    let (command, watchdog) = (invocation.command_line(), invocation.watchdog());
+    Context { progress: &Terminal, command, overwrite, watchdog }
 }

@@ -95,7 +95,7 @@ pub fn man(
         file::write_bytes(path, page)?;
     }
     let pages: Vec<PathBuf> = written.into_iter().map(|(path, _)| path).collect();
-    terminal::print(format_args!("{} pages in {}", pages.len(), arguments.out.display()));
+    context.print(format_args!("{} pages in {}", pages.len(), arguments.out.display()));
     Ok(Outcome { pages })
 }
 

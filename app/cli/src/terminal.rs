@@ -4,7 +4,6 @@
 //! do.
 
 use std::io::{self, IsTerminal, Write};
-use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -61,13 +60,13 @@ pub fn keep_first(printed: io::Result<()>) {
 
 /// 0 if all output was written; 1 with the reason if not; if the reader has closed the pipe, as
 /// `head` does when it has read enough, the program is quiet and ends as others do that the signal of it ends.
-pub fn exit_code_of_printing() -> ExitCode {
+pub fn exit_code_of_printing() -> u8 {
     match UNPRINTED.lock().unwrap_or_else(PoisonError::into_inner).take() {
-        None => ExitCode::SUCCESS,
-        Some(error) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::from(CLOSED_PIPE),
+        None => 0,
+        Some(error) if error.kind() == io::ErrorKind::BrokenPipe => CLOSED_PIPE,
         Some(error) => {
             report_error(&anyhow::Error::new(error).context("stdout"));
-            ExitCode::FAILURE
+            1
         }
     }
 }
@@ -141,7 +140,8 @@ pub fn start_log(verbosity: Option<i8>) {
         .with_ansi(is_coloured)
         .with_target(false)
         .without_time();
-    tracing_subscriber::registry().with(lines.with_filter(filter)).init();
+    // A process that has a log already keeps it.
+    let _ = tracing_subscriber::registry().with(lines.with_filter(filter)).try_init();
 }
 
 /// Log levels at a verbosity, where nothing was typed the usual.

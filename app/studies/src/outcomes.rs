@@ -5,7 +5,7 @@ use hysteron_workflow::shared::outcome::{self, VERBS, VerbOutcome, verb};
 use crate::{arm, chain, tendon};
 
 /// The outcomes of all studies, in the order of the document.
-const STUDIES: [VerbOutcome; 22] = [
+static STUDIES: [VerbOutcome; 22] = [
     verb::<chain::Outcome>(&["study run", "demo"]),
     verb::<tendon::Outcome<Vec<tendon::sofa::Comparison>>>(&["study sofa"]),
     verb::<tendon::Outcome<Vec<tendon::convergence::MeshResolution>>>(&["study convergence"]),
@@ -38,11 +38,17 @@ const STUDIES: [VerbOutcome; 22] = [
     verb::<arm::cloning::Outcome>(&["study cloning"]),
 ];
 
+/// The outcomes of all verbs, in the order of the document.
+#[inline]
+pub fn all() -> impl Iterator<Item = &'static VerbOutcome> {
+    VERBS.iter().chain(&STUDIES)
+}
+
 /// The keys of all outcomes, as Markdown.
 // Inlined, so that the schemas and readers of all outcomes are built where the document is made, not in the program.
 #[inline]
 pub fn document() -> String {
-    outcome::document(VERBS.iter().chain(&STUDIES))
+    outcome::document(all())
 }
 
 #[cfg(test)]

@@ -6,6 +6,8 @@ use hysteron_base::{BadInput, file};
 use hysteron_studies::chain::{Options, Outcome};
 use hysteron_workflow::{Context, shared::outputs};
 
+use crate::invocation::Relaunch;
+
 /// The files of the study, by their path in its folder.
 const FILES: [(&str, &[u8]); 5] = [
     (STUDY, include_bytes!("../../studies/demo/study.toml")),
@@ -25,13 +27,13 @@ pub struct Arguments {
 }
 
 /// Runs the verb.
-pub fn run(arguments: &Arguments, passed_on: &[String], context: &Context) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, relaunch: &Relaunch, context: &Context) -> anyhow::Result<Outcome> {
     outputs::check_report("--out", &arguments.out)?;
     for (name, bytes) in FILES {
         write_once(&arguments.out.join(name), bytes)?;
     }
     let options = Options { study: arguments.out.join(STUDY), out: Some(arguments.out.clone()) };
-    super::run(&options, passed_on, context)
+    super::run(&options, relaunch, context)
 }
 
 /// Writes a file unless it is there; a person's own is not overwritten.

@@ -9,6 +9,7 @@ use hysteron_studies::{ArmStudy, TendonStudy};
 use hysteron_workflow::Context;
 use hysteron_workflow::shared::outcome::Printed;
 
+use crate::invocation::Relaunch;
 use runner::Runner;
 
 /// Studies: published results, measured again; and the chain of stages of a study file
@@ -28,19 +29,19 @@ enum Verb {
     Arm(ArmStudy),
 }
 
-/// Runs the verb; `passed_on` are options of all verbs.
-pub fn verb(arguments: &Arguments, passed_on: &[String], context: &Context) -> anyhow::Result<Printed> {
+/// Runs the verb; `relaunch` starts the stages of a study.
+pub fn verb(arguments: &Arguments, relaunch: &Relaunch, context: &Context) -> anyhow::Result<Printed> {
     match &arguments.verb {
-        Verb::Run(options) => Printed::new(&run(options, passed_on, context)?),
+        Verb::Run(options) => Printed::new(&run(options, relaunch, context)?),
         Verb::Tendon(study) => study.run(context),
         Verb::Arm(study) => study.run(context),
     }
 }
 
-/// Runs the verb; `passed_on` are options of all verbs.
-pub fn run(options: &Options, passed_on: &[String], context: &Context) -> anyhow::Result<Outcome> {
+/// Runs the verb; `relaunch` starts the stages.
+pub fn run(options: &Options, relaunch: &Relaunch, context: &Context) -> anyhow::Result<Outcome> {
     let run_stages = |out: &std::path::Path, study: &chain::Study, stages: &[chain::Stage]| {
-        Runner::new(out, &study.name, passed_on)?.run(stages)
+        Runner::new(out, &study.name, (relaunch, context))?.run(stages)
     };
     Ok(chain::run(options, run_stages, context)?)
 }

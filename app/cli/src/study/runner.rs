@@ -1,19 +1,20 @@
 //! Runs the stages of a study, one after the other, each as a process of its own.
 
 use std::fs::{File, TryLockError};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail};
 use hysteron_base::{BadInput, file};
 use hysteron_studies::chain::{OnRefusal, Stage, StageStatus, Stamp, Step, clear_outputs};
+use hysteron_workflow::Context;
 use hysteron_workflow::shared::outputs;
 
 use crate::failure::CommandFailed;
-use crate::interrupt;
+use crate::invocation::Relaunch;
 use crate::progress::duration;
-use crate::terminal::{self, print};
+use crate::{interrupt, terminal};
 
 /// A stage that works is looked after so often.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
@@ -21,8 +22,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// See the module.
 pub struct Runner<'a> {
     out: &'a Path,
-    program: PathBuf,
-    passed_on: &'a [String],
+    relaunch: &'a Relaunch,
+    context: &'a Context<'a>,
     /// Held while the study runs, by the running stage too: it is released when the last of them ends,
     /// however it ends.
     lock: File,
@@ -35,7 +36,11 @@ impl<'a> Runner<'a> {
     ///
     /// # Errors
     /// `BadInput` if the folder is that of another study, or if a report is there which no study wrote.
-    pub fn new(out: &'a Path, name: &str, passed_on: &'a [String]) -> anyhow::Result<Self> {
+    pub fn new(
+        out: &'a Path,
+        name: &str,
+        (relaunch, context): (&'a Relaunch, &'a Context<'a>),
+    ) -> anyhow::Result<Self> {
         outputs::check_report("--out", out)?;
         let place = out.join("stages").join("lock");
         check_name(out, name)?;
@@ -57,7 +62,7 @@ impl<'a> Runner<'a> {
         file::write_bytes(&out.join(NAME), name)?;
         file::clear_temporary(out);
         file::clear_temporary(&out.join("stages"));
-        Ok(Self { out, program: std::env::current_exe()?, passed_on, lock, pace: [0.0; 2] })
+        Ok(Self { out, relaunch, context, lock, pace: [0.0; 2] })
     }
 
     /// Brings all stages to their end.
@@ -65,22 +70,22 @@ impl<'a> Runner<'a> {
         interrupt::count();
         for (k, stage) in stages.iter().enumerate() {
             let of = format!("[{}/{}] {}", k + 1, stages.len(), stage.name);
-            if interrupt::is_requested() {
+            if self.context.is_cancelled() {
                 bail!("{of}: interrupted; the same command resumes");
             }
             let stamp = Stamp::begun(stage)?;
             let earlier = Stamp::read(self.out, stage);
             let status = stamp.status(earlier.as_ref(), self.out, stage)?;
             if status == StageStatus::Done {
-                print(format_args!("{of}: unchanged"));
+                self.context.print(format_args!("{of}: unchanged"));
                 continue;
             }
-            print(format_args!("{of}: {}{}", stage.about, why(&status)));
-            print(format_args!("      about {} left", duration(self.left(&stages[k..]))));
+            self.context.print(format_args!("{of}: {}{}", stage.about, why(&status)));
+            self.context.print(format_args!("      about {} left", duration(self.left(&stages[k..]))));
             clear_outputs(self.out, stage, &status, earlier.as_ref())?;
             stamp.write(self.out, stage)?;
             let stamp = self.run_stage(stage, stamp).with_context(|| of.clone())?;
-            print(format_args!("      done in {}", duration(stamp.seconds)));
+            self.context.print(format_args!("      done in {}", duration(stamp.seconds)));
             self.pace[0] += stage.guess;
             self.pace[1] += stamp.seconds;
             stamp.write(self.out, stage)?;
@@ -92,9 +97,9 @@ impl<'a> Runner<'a> {
     fn run_stage(&self, stage: &Stage, mut stamp: Stamp) -> anyhow::Result<Stamp> {
         let start = Instant::now();
         for step in &stage.steps {
-            print(format_args!("      {}", step.shown()));
+            self.context.print(format_args!("      {}", step.shown()));
             let status = self.status_of(step)?;
-            if interrupt::is_requested() {
+            if self.context.is_cancelled() {
                 match status.code() {
                     Some(0) | None => bail!("interrupted; the same command resumes"),
                     Some(_) => return Err(CommandFailed::Interrupted.into()),
@@ -119,11 +124,13 @@ impl<'a> Runner<'a> {
 
     /// Runs a command to its end. Ctrl-C is passed on to it, each as often as it comes.
     fn status_of(&self, step: &Step) -> anyhow::Result<ExitStatus> {
-        let mut command = Command::new(&self.program);
+        let (program, before) = self.relaunch.program.split_first().context("how this program is started")?;
+        let mut command = Command::new(program);
         // Existing files belong to the study, with any options.
         command
+            .args(before)
             .arg("--overwrite")
-            .args(self.passed_on)
+            .args(&self.relaunch.options)
             .args(step.arguments.iter().map(|argument| &argument.typed));
         // Nobody reads from it; it holds the lock.
         command.stdin(self.lock.try_clone()?);
@@ -132,13 +139,14 @@ impl<'a> Runner<'a> {
             command.stdout(Stdio::null());
         }
         apart(&mut command);
-        let mut child = command.spawn().with_context(|| self.program.display().to_string())?;
+        let mut child = command.spawn().with_context(|| program.display().to_string())?;
         let mut passed_on = 0;
         loop {
             if let Some(status) = child.try_wait()? {
                 return Ok(status);
             }
-            while passed_on < interrupt::n_requests() {
+            // A caller's cancellation is one request, a person's Ctrl-C comes as often as it is pressed.
+            while passed_on < interrupt::n_requests().max(usize::from(self.context.is_cancelled())) {
                 ask_to_stop(&mut child)?;
                 passed_on += 1;
             }

@@ -37,6 +37,15 @@ impl WorkflowError {
         let (Self::BadInput(error) | Self::Cancelled(error) | Self::Failed(error)) = self;
         error.downcast_ref()
     }
+
+    /// The bad input in it, if the input is to blame: where, what was expected, what was found, and a hint.
+    pub fn bad_input(&self) -> Option<&BadInput> {
+        let (Self::BadInput(error) | Self::Cancelled(error) | Self::Failed(error)) = self;
+        error.chain().find_map(|cause| match cause.downcast_ref::<Self>() {
+            Some(inner) => inner.bad_input(),
+            None => bad_input(cause),
+        })
+    }
 }
 
 /// A verb was interrupted; the text names the results that are kept.
@@ -64,26 +73,34 @@ pub fn is_bad_input(error: &anyhow::Error) -> bool {
 }
 
 fn is_bad(cause: &(dyn std::error::Error + 'static)) -> bool {
+    bad_input(cause).is_some()
+}
+
+/// The bad input that this error is, whichever library found it.
+fn bad_input<'a>(cause: &'a (dyn std::error::Error + 'static)) -> Option<&'a BadInput> {
     if let Some(error) = cause.downcast_ref::<hysteron_twin::Error>() {
-        return error.bad_input().is_some();
+        return error.bad_input();
     }
     if let Some(error) = cause.downcast_ref::<hysteron_fem::Error>() {
-        return error.bad_input().is_some();
+        return error.bad_input();
     }
     if let Some(error) = cause.downcast_ref::<hysteron_control::Error>() {
-        return error.bad_input().is_some();
+        return error.bad_input();
     }
     if let Some(error) = cause.downcast_ref::<hysteron_rig::Error>() {
-        return error.bad_input().is_some();
+        return error.bad_input();
     }
     if let Some(
-        hysteron_learn::Error::BadInput(_) | hysteron_learn::Error::File(hysteron_base::Error::BadInput(_)),
+        hysteron_learn::Error::BadInput(bad)
+        | hysteron_learn::Error::File(hysteron_base::Error::BadInput(bad)),
     ) = cause.downcast_ref()
     {
-        return true;
+        return Some(bad);
     }
-    cause.is::<BadInput>()
-        || matches!(cause.downcast_ref::<hysteron_base::Error>(), Some(hysteron_base::Error::BadInput(_)))
+    if let Some(hysteron_base::Error::BadInput(bad)) = cause.downcast_ref() {
+        return Some(bad);
+    }
+    cause.downcast_ref()
 }
 
 #[cfg(test)]
@@ -112,6 +129,7 @@ mod tests {
             let text = format!("{error:#}");
             let door = WorkflowError::from(error);
             assert!(matches!(door, WorkflowError::BadInput(_)) && door.to_string() == text, "{door:?}");
+            assert_eq!(door.bad_input(), Some(&bad()));
             let outside = anyhow::Error::new(door).context("[2/5] identify");
             assert!(is_bad_input(&outside) && matches!(outside.into(), WorkflowError::BadInput(_)));
         }

@@ -30,8 +30,20 @@ pub const fn verb<T: Outcome>(names: &'static [&'static str]) -> VerbOutcome {
     VerbOutcome { names, schema: T::json_schema, rewrite: |text| json::to_text(json::from_text::<T>(text)?) }
 }
 
+impl VerbOutcome {
+    /// The verbs, as they are typed.
+    pub fn names(&self) -> &'static [&'static str] {
+        self.names
+    }
+
+    /// The schema of their outcome; its parts are added to the generator.
+    pub fn schema(&self, generator: &mut SchemaGenerator) -> Schema {
+        (self.schema)(generator)
+    }
+}
+
 /// All verbs whose outcome has a type, in the order of the document.
-pub const VERBS: [VerbOutcome; 40] = [
+pub static VERBS: [VerbOutcome; 40] = [
     verb::<run::Outcome>(&["simulate", "reach"]),
     verb::<record::Outcome>(&["record"]),
     verb::<generate::Outcome>(&["generate"]),

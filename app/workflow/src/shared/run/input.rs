@@ -79,14 +79,7 @@ impl RunInput {
     /// # Errors
     /// `BadInput` where the steps are uneven.
     pub fn sample_duration(&self) -> Result<f64, BadInput> {
-        self.samples.rate_hz().map(f64::recip).ok_or_else(|| {
-            BadInput::new(
-                format!("{}: time_s", self.path.display()),
-                "a fixed rate, for the network",
-                "uneven steps",
-            )
-            .hint("resample the commands")
-        })
+        sample_duration(&self.samples, &self.path)
     }
 
     /// Tip that was measured under the same strokes, if it was: x, y and z (n_samples each) [m].
@@ -121,4 +114,15 @@ impl RunInput {
             tracing::warn!("{}: the time steps differ by more than 1 %", self.path.display());
         }
     }
+}
+
+/// Duration of a sample of a recording read from `path` [s], all the same.
+///
+/// # Errors
+/// `BadInput` where the steps are uneven.
+pub fn sample_duration(samples: &Recording, path: &Path) -> Result<f64, BadInput> {
+    samples.rate_hz().map(f64::recip).ok_or_else(|| {
+        BadInput::new(format!("{}: time_s", path.display()), "a fixed rate, for the network", "uneven steps")
+            .hint("resample the commands")
+    })
 }

@@ -6,6 +6,7 @@
 
 mod exact;
 mod figures;
+mod in_memory;
 mod input;
 mod options;
 mod outcome;
@@ -19,6 +20,7 @@ mod series;
 mod summary;
 mod trace;
 
+pub use in_memory::rollout;
 pub use input::Task;
 pub use options::RunOptions;
 pub use outcome::Outcome;

@@ -272,6 +272,11 @@ fn check_residual(options: &RunOptions, command: &Command) -> Result<(), BadInpu
         return Err(BadInput::new("--residual", "a run from rest", start)
             .hint("the memory of the network is no part of a state"));
     }
+    check_network_drives(command)
+}
+
+/// The network takes the strokes of all primary tendons, and alone drives the auxiliary ones.
+pub fn check_network_drives(command: &Command) -> Result<(), BadInput> {
     if command.primary_strokes(0).len() != command.n_primary {
         return Err(BadInput::new(
             "--residual",

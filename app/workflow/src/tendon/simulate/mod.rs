@@ -3,6 +3,6 @@
 mod options;
 mod run;
 
-pub use crate::shared::run::Outcome;
+pub use crate::shared::run::{Outcome, rollout};
 pub use options::Options;
 pub use run::run;
