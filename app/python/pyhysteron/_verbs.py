@@ -723,6 +723,7 @@ def adapt(
     scene: PathLike,
     out: PathLike,
     reduced: PathLike | None = None,
+    reference: PathLike | Sequence[PathLike] | None = None,
     figures: PathLike | None = None,
     memory_s: float | None = None,
     overwrite: bool = False,
@@ -740,6 +741,9 @@ def adapt(
         scene: Scene file of the robot (scene.toml).
         reduced: Chain by hysteron reduce: it moves the robot in place of the finite elements [default: that
             of the scene, if it names one].
+        reference: Recordings of the robot as it was when its twin was calibrated, of the same kinds of
+            motion: an error that the twin had on these too shows no change [default: the error of the
+            networks in validation].
         out: Checkpoint to write, .safetensors.
         figures: Folder for metrics.json [default: OUT without its ending].
         memory_s: Time after which the weight of a sample is 1/e. Default: 600.
@@ -757,6 +761,7 @@ def adapt(
         *positionals(recordings),
         *option("--scene", scene),
         *option("--reduced", reduced),
+        *options("--reference", reference, None),
         *option("--out", out),
         *option("--figures", figures),
         *option("--memory-s", memory_s),
@@ -920,6 +925,9 @@ def train(
     recordings: PathLike | Sequence[PathLike],
     *,
     out: PathLike,
+    scene: PathLike | None = None,
+    residual: PathLike | None = None,
+    reduced: PathLike | None = None,
     design: Literal["recurrent", "paper"] | None = None,
     spatial: bool = False,
     held_out: str | Sequence[str] | None = None,
@@ -942,6 +950,12 @@ def train(
     Args:
         recordings: Recordings, or folders of them.
         out: Checkpoint to write, .safetensors.
+        scene: Scene of the robot (scene.toml): its twin compares the static regression, the network of the
+            recordings alone and the network of all data on the validation recordings, by what their strokes
+            do to its tip; the simplest that is within 5 % of the best is written; recurrent only.
+        residual: Checkpoint by hysteron fit-residual, of the same scene.
+        reduced: Chain by hysteron reduce: it moves the robot in place of the finite elements [default: that
+            of the scene, if it names one].
         design: Which network. Default: recurrent.
         spatial: The path has x, y and z, for a robot of several segments; else x and y.
         held_out: A recording to validate on and stop by, by name; may be given several times [default: a
@@ -970,6 +984,9 @@ def train(
         "train",
         *positionals(recordings),
         *option("--out", out),
+        *option("--scene", scene),
+        *option("--residual", residual),
+        *option("--reduced", reduced),
         *option("--design", design),
         *flag("--spatial", spatial),
         *options("--held-out", held_out, ","),

@@ -47,6 +47,8 @@ __all__ = [
     "ByMethod",
     "ByMethod2",
     "CalibratedRange",
+    "Candidate",
+    "CandidateErrors",
     "ChainSize",
     "ChannelCalibration",
     "ChannelErrors",
@@ -442,6 +444,10 @@ class AdaptOutcome(_Outcome):
 
     kept: AdaptedParts
     """Parts of the adaptation that are kept."""
+
+    known_error_m: float | None = None
+    """Error of the twin on the robot as it was [m]: along the recordings of `--reference`, or else of the
+    networks in validation."""
 
     options: AdaptOptions
     """Options of the adaptation."""
@@ -1136,6 +1142,24 @@ class CalibratedRange(_Outcome):
 
     strokes_m: list[list[float]]
     """Smallest and largest stroke of each tendon [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CandidateErrors(_Outcome):
+    """Errors of a controller in validation."""
+
+    candidate: Candidate
+    """Which controller."""
+
+    is_chosen: bool
+    """Whether it is the one in the checkpoint."""
+
+    stroke_rmse_mm: float
+    """Root mean square error of its strokes [mm]."""
+
+    tip_rmse_mm: float | None = None
+    """Root mean square distance of the tips that its strokes and the recorded ones bring the twin to [mm]; none
+    where the twin cannot follow."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -2505,6 +2529,9 @@ class InverseRecurrentOptions(_Outcome):
 @dataclass(frozen=True, kw_only=True)
 class InverseTraining(_Outcome):
     """The training of an inverse controller: data, options, errors in validation."""
+
+    candidate: Candidate | None = None
+    """Which of the controllers that were compared it is; none where there was no comparison."""
 
     command: str | None = None
     """The command."""
@@ -5725,6 +5752,9 @@ class TrafficCounts(_Outcome):
 class TrainOutcome(_Outcome):
     """The outcome of `train`."""
 
+    candidates: list[CandidateErrors] | None = None
+    """The controllers that the twin of `--scene` compared, from the simplest on; empty where none was named."""
+
     command: str
     """The command that made this."""
 
@@ -5735,13 +5765,17 @@ class TrainOutcome(_Outcome):
     """Format of the file."""
 
     networks: list[FitReport]
-    """Learning curve, and errors in validation next to those of the baselines: one entry."""
+    """Learning curve, and errors in validation next to those of the baselines: one entry for each network."""
 
     recording_warnings: list[Warning] | None = None
     """Warnings about the recordings."""
 
     training: InverseTraining
     """Data and options, as the checkpoint holds them."""
+
+    twin_tip_rmse_mm: float | None = None
+    """Distance of the tip that the recorded strokes bring that twin to from the one that was measured, root mean
+    square in validation: the error where the twin itself finds the strokes [mm]."""
 
     verdict: Verdict
     """Whether the controller can be used."""
@@ -6045,6 +6079,9 @@ AdaptedParts = Literal["nothing"] | Literal["change"] | Literal["correction"] | 
 
 ArmEvaluateOutcome = ActuatorEvaluation | DynamicsScores
 """The outcome of `arm evaluate`: of a neural actuator, or of a model of inverse dynamics."""
+
+Candidate = Literal["static_regression"] | Literal["recorded_network"] | Literal["network"]
+"""A controller to choose from, from the simplest on."""
 
 CheckOutcome = RecordingFindings | SceneSummary
 """The outcome of `check`: of a scene alone, or of recordings, with the scene that they are compared with."""

@@ -121,7 +121,7 @@ pub fn fit_regression(data: &Dataset, options: &RecurrentOptions) -> Result<Fitt
     let inputs = input_ranges(&raw, &spec)?;
     let nothing = |k: usize| ChannelRange { name: correction(k), min: 0.0, max: 0.0 };
     let outputs = Normaliser::new((0..data.n_tendons).map(nothing).collect())?;
-    let smallest = SequenceOptions { hidden: 1, layers: 1, ..options.learning.clone() };
+    let smallest = SequenceOptions { hidden: 1, layers: 1, ..options.learning };
     let network = Network::new(&smallest.architecture(inputs.channels.len(), data.n_tendons), options.seed)?;
     let training =
         InverseTraining::of(TrainedDesign::Recurrent, InverseOptions::Recurrent(options.clone()), data);
