@@ -12,7 +12,7 @@ use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 
-use crate::arrays::{AnyArray, Rows};
+use crate::arrays::{AnyArray, ArrayRows};
 use crate::errors::exception;
 
 /// A rigid-body arm: a tree of joints on a fixed base. Never changes.
@@ -125,7 +125,7 @@ impl PyArm {
             Some(name) => model.frame(name).map_err(|bad| exception(py, bad))?,
             None => model.frames().len() - 1,
         };
-        let rows = Rows::of(q.as_array(), model.n_joints(), "q").map_err(|bad| exception(py, bad))?;
+        let rows = ArrayRows::of(q.as_array(), model.n_joints(), "q").map_err(|bad| exception(py, bad))?;
         let (positions, rotations) = py.detach(|| {
             let mut data = Data::new(model, 0.0);
             let (mut positions, mut rotations) = (Vec::new(), Vec::new());
@@ -155,8 +155,8 @@ impl PyArm {
         further: &[usize],
     ) -> PyResult<Array<'py>> {
         let n_joints = self.model.n_joints();
-        let rows: Result<Vec<Rows>, BadInput> =
-            inputs.iter().map(|(name, array)| Rows::of(array.as_array(), n_joints, name)).collect();
+        let rows: Result<Vec<ArrayRows>, BadInput> =
+            inputs.iter().map(|(name, array)| ArrayRows::of(array.as_array(), n_joints, name)).collect();
         let rows = rows.and_then(|rows| same_rows(rows, inputs)).map_err(|bad| exception(py, bad))?;
         let n_rows = rows[0].n_rows;
         let sizes: Vec<usize> = std::iter::once(n_joints).chain(further.iter().copied()).collect();
@@ -171,7 +171,7 @@ impl PyArm {
 }
 
 /// Accepts inputs of the same number of rows.
-fn same_rows(rows: Vec<Rows>, inputs: &[(&str, AnyArray<'_>)]) -> Result<Vec<Rows>, BadInput> {
+fn same_rows(rows: Vec<ArrayRows>, inputs: &[(&str, AnyArray<'_>)]) -> Result<Vec<ArrayRows>, BadInput> {
     let text = |n_rows: Option<usize>| n_rows.map_or("one row".to_owned(), |n| format!("{n} rows"));
     match rows.iter().position(|own| own.n_rows != rows[0].n_rows) {
         Some(k) => {

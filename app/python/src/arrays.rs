@@ -6,9 +6,9 @@ use numpy::{AllowTypeChange, Element, PyArray1, PyArrayLikeDyn, PyArrayMethods};
 use pyo3::prelude::*;
 
 /// Numbers of one row: a numpy array of f64, or any sequence of numbers.
-pub struct RowValues(pub Vec<f64>);
+pub struct ArrayRowValues(pub Vec<f64>);
 
-impl<'py> FromPyObject<'_, 'py> for RowValues {
+impl<'py> FromPyObject<'_, 'py> for ArrayRowValues {
     type Error = PyErr;
 
     fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
@@ -22,15 +22,15 @@ impl<'py> FromPyObject<'_, 'py> for RowValues {
 /// Numbers in any number of dimensions, of any type that converts to f64.
 pub type AnyArray<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
 
-/// Rows of `width` numbers, one after the other: of an array (n × width), or of one row (width).
-pub struct Rows {
+/// ArrayRows of `width` numbers, one after the other: of an array (n × width), or of one row (width).
+pub struct ArrayRows {
     /// Row by row (n × width).
     pub values: Vec<f64>,
     /// Number of rows; none for a single row without a dimension of its own.
     pub n_rows: Option<usize>,
 }
 
-impl Rows {
+impl ArrayRows {
     /// Takes the rows of `array`, called `name` in a message.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 //! program in the process of the interpreter.
 //!
 //! Every class holds one value of another crate and never computes by itself. Long work runs on a thread of its own, so
-//! that the interpreter lock is free and Ctrl-C is heard ([`background`]).
+//! that the interpreter lock is free and Ctrl-C is heard (`background`).
 
 mod arm;
 mod arrays;

@@ -9,7 +9,7 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList};
 
-use crate::arrays::{RowValues, borrowed};
+use crate::arrays::{ArrayRowValues, borrowed};
 use crate::errors::exception;
 
 /// Time-aligned channels in SI with their provenance: a mapping from channel name to a read-only numpy array (n_samples,).
@@ -47,7 +47,7 @@ impl PyRecording {
         for item in channels.call_method0("items")?.try_iter()? {
             let (name, values): (String, Bound<'_, PyAny>) = item?.extract()?;
             let numbers = py.import("numpy")?.call_method1("asarray", (values, "float64"))?;
-            let RowValues(values) = numbers.extract()?;
+            let ArrayRowValues(values) = numbers.extract()?;
             match name.as_str() {
                 "time_s" => time = Some(values),
                 _ => columns.push(Channel::new(name, values)),

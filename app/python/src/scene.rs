@@ -87,7 +87,7 @@ impl PyScene {
         self.scene.tendons.iter().map(|tendon| tendon.name.as_str()).collect()
     }
 
-    /// What drives each primary tendon: "stroke", "tension" or "free".
+    /// Drive of each primary tendon: "stroke", "tension" or "free".
     #[getter]
     fn drives(&self) -> Vec<&'static str> {
         let drive = |drive: PrescribedQuantity| match drive {

@@ -11,7 +11,7 @@ use hysteron_workflow::{Context, WorkflowError};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
-use crate::arrays::{AnyArray, RowValues, Rows};
+use crate::arrays::{AnyArray, ArrayRowValues, ArrayRows};
 use crate::background;
 use crate::errors::{exception, exception_of_verb};
 use crate::recording::PyRecording;
@@ -91,8 +91,8 @@ impl PyTwin {
     fn step(
         &self,
         py: Python<'_>,
-        strokes: RowValues,
-        auxiliary: Option<RowValues>,
+        strokes: ArrayRowValues,
+        auxiliary: Option<ArrayRowValues>,
     ) -> PyResult<PyStepReport> {
         py.detach(|| self.step_to(&strokes.0, auxiliary.as_ref().map(|row| &row.0[..])))
             .map_err(|error| exception(py, error))
@@ -109,7 +109,7 @@ impl PyTwin {
     /// `tolerance` is the distance that counts as reached [m]. A target out of reach is no error: see
     /// `ReachReport.is_reached`.
     #[pyo3(signature = (target, *, tolerance=1e-4))]
-    fn reach(&self, py: Python<'_>, target: RowValues, tolerance: f64) -> PyResult<PyReachReport> {
+    fn reach(&self, py: Python<'_>, target: ArrayRowValues, tolerance: f64) -> PyResult<PyReachReport> {
         let (reach, step) =
             py.detach(|| self.reach_to(&target.0, tolerance)).map_err(|error| exception(py, error))?;
         Ok(PyReachReport { reach, step: Py::new(py, step)? })
@@ -319,7 +319,7 @@ impl PyTwin {
         if !(rate_hz.is_finite() && rate_hz > 0.0) {
             return Err(BadInput::new("rate_hz", "a number above 0", rate_hz.to_string()));
         }
-        let rows = Rows::of(array.as_array(), n, "strokes")?;
+        let rows = ArrayRows::of(array.as_array(), n, "strokes")?;
         let time = (0..rows.len()).map(|row| row as f64 / rate_hz).collect();
         let column = |k: usize| rows.values.iter().skip(k).step_by(n).copied().collect();
         let channels = (0..n).map(|k| Channel::new(format!("stroke_{}_m", k + 1), column(k))).collect();

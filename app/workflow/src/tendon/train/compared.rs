@@ -14,7 +14,7 @@ use crate::Context;
 pub(super) const SAME: f64 = 0.05;
 
 /// A controller that was fitted, and its error at the tip.
-pub(super) struct Compared {
+pub(super) struct ComparedController {
     pub candidate: Candidate,
     pub fitted: FittedController,
     /// By [`Judge::tip_error_mm`]; none where nothing judged it, or the twin could not follow [mm].
@@ -55,7 +55,7 @@ pub(super) fn training_file(out: &Path, candidate: Candidate) -> Option<PathBuf>
     }
 }
 
-impl Compared {
+impl ComparedController {
     /// Lets the twin judge, if there is one.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use hysteron_report::verdict::{Criterion, Verdict};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::compared::{CandidateErrors, Compared, SAME};
+use super::compared::{CandidateErrors, ComparedController, SAME};
 use crate::shared::outcome::MetricsFormat;
 use crate::shared::recording_checks::Findings;
 use crate::shared::training;
@@ -55,11 +55,11 @@ impl crate::shared::outcome::Outcome for Outcome {
 impl Outcome {
     pub(super) fn new(
         data: &Dataset,
-        (compared, chosen, twin_tip_rmse_mm): (&[Compared], usize, Option<f64>),
+        (compared, chosen, twin_tip_rmse_mm): (&[ComparedController], usize, Option<f64>),
         findings: &Findings,
         context: &Context,
     ) -> Self {
-        let candidates = Compared::errors(compared, chosen);
+        let candidates = ComparedController::errors(compared, chosen);
         let networks: Vec<FitReport> = compared
             .iter()
             .filter(|one| one.candidate != Candidate::StaticRegression)

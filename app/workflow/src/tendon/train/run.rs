@@ -9,7 +9,7 @@ use hysteron_control::inverse::{
 use hysteron_learn::{Epoch, TrainingProgress, TrainingSession, WeightFormat};
 use hysteron_report::folder::ReportFolder;
 
-use super::compared::{Compared, candidates, training_file};
+use super::compared::{ComparedController, candidates, training_file};
 use super::judge::Judge;
 use super::options::{Options, Weights};
 use super::outcome::Outcome;
@@ -45,17 +45,17 @@ fn train(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let candidates = candidates(options, &data);
     let files = candidates.iter().filter_map(|one| training_file(&options.out, *one)).collect();
     let unfinished = Unfinished::new(&options.out, files);
-    let mut compared: Vec<Compared> = Vec::new();
+    let mut compared: Vec<ComparedController> = Vec::new();
     for candidate in candidates {
         let fitted = fit(candidate, options, &data, context)?;
         let is_finished = fitted.is_finished;
-        compared.push(Compared::new(candidate, fitted, judge.as_ref(), &data, context)?);
+        compared.push(ComparedController::new(candidate, fitted, judge.as_ref(), &data, context)?);
         if !is_finished {
             break;
         }
     }
     let is_finished = compared.iter().all(|one| one.fitted.is_finished);
-    let chosen = Compared::best(&compared);
+    let chosen = ComparedController::best(&compared);
     let model = &mut compared[chosen].fitted.model;
     model.training.provenance = Some(context.provenance());
     model.write(&options.out)?;
