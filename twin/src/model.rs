@@ -9,7 +9,6 @@ use hysteron_base::{
 use hysteron_fem::{Embedding, FemModel, Mesh, MeshQuality};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::Result;
 use crate::attachment::{carried, carried_tendon_point, shown_mm};
 use crate::body_shape::{BodyShape, mesh_hash};
 use crate::cable::{CablePoint, Cables};
@@ -19,6 +18,7 @@ use crate::layout::auxiliary_tendons;
 use crate::registration::Registration;
 use crate::report::Accuracy;
 use crate::state::TwinState;
+use crate::{Error, Result};
 
 /// How one tendon is driven during a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -168,6 +168,16 @@ pub struct Twin {
 }
 
 impl Twin {
+    /// The error of a primary tendon whose stroke is held, as `is_by_stroke` says by its number, but takes its largest tension in
+    /// `state`, if there is one.
+    pub fn overloaded(&self, state: &TwinState, is_by_stroke: impl Fn(usize) -> bool) -> Option<Error> {
+        (0..self.n_primary).find_map(|j| {
+            let TwinTendon { name, tension, .. } = &self.tendons[j];
+            let is_met = !is_by_stroke(j) || state.tensions[j] < tension.max;
+            (!is_met).then(|| Error::Overloaded { tendon: name.clone(), largest: tension.max })
+        })
+    }
+
     /// Reads the scene's mesh and builds its twin, with the chain of the scene if it names one.
     ///
     /// # Errors

@@ -22,7 +22,7 @@ impl<'py> FromPyObject<'_, 'py> for ArrayRowValues {
 /// Numbers in any number of dimensions, of any type that converts to f64.
 pub type AnyArray<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
 
-/// ArrayRows of `width` numbers, one after the other: of an array (n × width), or of one row (width).
+/// Rows of `width` numbers, one after the other: of an array (n × width), or of one row (width).
 pub struct ArrayRows {
     /// Row by row (n × width).
     pub values: Vec<f64>,

@@ -239,13 +239,9 @@ impl PyTwin {
         self.set_targets(&mut motion.targets, strokes, auxiliary)?;
         let report = motion.stepper.step(twin, &motion.targets)?;
         let state = motion.stepper.state();
-        let is_overloaded = |j: &usize| {
-            let is_by_stroke = matches!(motion.targets[*j], Target::Stroke(_));
-            is_by_stroke && state.tensions[*j] >= twin.tendons[*j].tension.max
-        };
-        if let Some(j) = (0..twin.n_primary).find(is_overloaded) {
-            let tendon = &twin.tendons[j];
-            return Err(Error::Overloaded { tendon: tendon.name.clone(), largest: tendon.tension.max });
+        let is_by_stroke = |j: usize| matches!(motion.targets[j], Target::Stroke(_));
+        if let Some(error) = twin.overloaded(state, is_by_stroke) {
+            return Err(error);
         }
         let tensions = state.tensions[..twin.tendons.len()].to_vec();
         Ok(PyStepReport { tip: twin.tip_of(state), tensions, report })

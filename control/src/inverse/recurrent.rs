@@ -16,7 +16,9 @@ use super::path_point::PathPoint;
 use super::recurrent_options::RecurrentOptions;
 use super::smooth::{Smoothed, smoothed};
 use super::training::{InverseOptions, InverseTraining, TrainedDesign};
-use super::{Check, Dataset, Demonstration, FeatureSpec, Features, InverseDesign, StaticRegression};
+use super::{
+    Check, Dataset, Demonstration, FeatureSpec, Features, InverseDesign, StaticRegression, TipWorkspace,
+};
 use crate::Result;
 
 impl RecurrentOptions {
@@ -67,26 +69,18 @@ pub fn fit_recurrent(
     options: &RecurrentOptions,
     session: &mut TrainingSession<'_>,
 ) -> Result<FittedController> {
-    options.check()?;
-    options.features(data, 0.0)?;
-    let Smoothed { training, validation, delay_s, regression, regression_mm, without_delay_mm, workspace } =
-        smoothed(data, options.smoothing, options.half_width_s, options.largest_delay_s)?;
-    let spec = options.features(data, delay_s)?;
-    let raw = |paths: &[Vec<PathPoint>]| -> Vec<Raw> {
-        paths.iter().map(|path| Raw::new(path, &spec, &regression)).collect()
-    };
-    let [training, validation] = [raw(&training), raw(&validation)];
-    let inputs = input_ranges(&training, &spec)?;
-    let outputs = output_ranges(&data.training, &training)?;
+    let base = RegressionBase::new(data, options)?;
+    let (inputs, validation) = (&base.inputs, base.raw(&base.validation));
+    let outputs = output_ranges(&data.training, &base.training)?;
     let gain: Vec<f32> = outputs.channels.iter().map(|c| (500.0 * (c.max - c.min)) as f32).collect();
     let loss = Loss::new(&options.loss, gain, data.step);
     let side = |all: &[Demonstration], raw: &[Raw]| Trajectories {
-        rows: all.iter().zip(raw).map(|(one, raw)| raw.row(one, &inputs, &outputs)).collect(),
+        rows: all.iter().zip(raw).map(|(one, raw)| raw.row(one, inputs, &outputs)).collect(),
         loss: &loss,
         n_inputs: inputs.channels.len(),
         noise: options.learning.input_noise as f32,
     };
-    let sides = [side(&data.training, &training), side(&data.validation, &validation)];
+    let sides = [side(&data.training, &base.training), side(&data.validation, &validation)];
     let architecture = options.learning.architecture(inputs.channels.len(), data.n_tendons);
     let n_rows = data.training.len().max(data.validation.len());
     architecture.check_training([options.learning.truncation, n_rows], 1)?;
@@ -95,16 +89,7 @@ pub fn fit_recurrent(
     let training =
         InverseTraining::of(TrainedDesign::Recurrent, InverseOptions::Recurrent(options.clone()), data);
     let outcome = run(&mut task, network, &training, session)?;
-    let parts = ControllerParts {
-        inputs,
-        outputs,
-        design: InverseDesign::Recurrent { features: spec, regression },
-        workspace,
-        weights: options.weights,
-        regressions_mm: [without_delay_mm, regression_mm],
-        delay_s,
-    };
-    outcome.into_fitted(data, training, parts)
+    outcome.into_fitted(data, training, base.into_parts(outputs, options.weights))
 }
 
 /// The static regression alone, as a controller like the others: its network has one unit, and outputs without width.
@@ -112,31 +97,74 @@ pub fn fit_recurrent(
 /// # Errors
 /// Options out of range, a tip that does not move.
 pub fn fit_regression(data: &Dataset, options: &RecurrentOptions) -> Result<FittedController> {
-    options.check()?;
-    options.features(data, 0.0)?;
-    let Smoothed { training, delay_s, regression, regression_mm, without_delay_mm, workspace, .. } =
-        smoothed(data, options.smoothing, options.half_width_s, options.largest_delay_s)?;
-    let spec = options.features(data, delay_s)?;
-    let raw: Vec<Raw> = training.iter().map(|path| Raw::new(path, &spec, &regression)).collect();
-    let inputs = input_ranges(&raw, &spec)?;
+    let base = RegressionBase::new(data, options)?;
     let nothing = |k: usize| ChannelRange { name: correction(k), min: 0.0, max: 0.0 };
     let outputs = Normaliser::new((0..data.n_tendons).map(nothing).collect())?;
     let smallest = SequenceOptions { hidden: 1, layers: 1, ..options.learning };
-    let network = Network::new(&smallest.architecture(inputs.channels.len(), data.n_tendons), options.seed)?;
+    let network =
+        Network::new(&smallest.architecture(base.inputs.channels.len(), data.n_tendons), options.seed)?;
     let training =
         InverseTraining::of(TrainedDesign::Recurrent, InverseOptions::Recurrent(options.clone()), data);
-    let validation = mean(&regression_mm);
+    let [_, held_out_mm] = base.regressions_mm.clone();
+    let validation = mean(&held_out_mm);
     let result = FitResult { model: network, epochs: 0, validation, curve: Vec::new(), is_finished: true };
-    let parts = ControllerParts {
-        inputs,
-        outputs,
-        design: InverseDesign::Recurrent { features: spec, regression },
-        workspace,
-        weights: WeightFormat::Float32,
-        regressions_mm: [without_delay_mm, regression_mm.clone()],
-        delay_s,
-    };
-    FitOutcome { result, held_out_mm: regression_mm }.into_fitted(data, training, parts)
+    let parts = base.into_parts(outputs, WeightFormat::Float32);
+    FitOutcome { result, held_out_mm }.into_fitted(data, training, parts)
+}
+
+/// The part of a controller below its network, and the data as it sees them.
+struct RegressionBase {
+    spec: FeatureSpec,
+    regression: StaticRegression,
+    training: Vec<Raw>,
+    /// Smoothed paths of the validation.
+    validation: Vec<Vec<PathPoint>>,
+    inputs: Normaliser,
+    workspace: TipWorkspace,
+    /// See [`ControllerParts`].
+    regressions_mm: [Vec<f64>; 2],
+    delay_s: f64,
+}
+
+impl RegressionBase {
+    fn new(data: &Dataset, options: &RecurrentOptions) -> Result<Self> {
+        options.check()?;
+        options.features(data, 0.0)?;
+        let Smoothed {
+            training,
+            validation,
+            delay_s,
+            regression,
+            regression_mm,
+            without_delay_mm,
+            workspace,
+        } = smoothed(data, options.smoothing, options.half_width_s, options.largest_delay_s)?;
+        let spec = options.features(data, delay_s)?;
+        let training = raw(&training, &spec, &regression);
+        let inputs = input_ranges(&training, &spec)?;
+        let regressions_mm = [without_delay_mm, regression_mm];
+        Ok(Self { spec, regression, training, validation, inputs, workspace, regressions_mm, delay_s })
+    }
+
+    fn raw(&self, paths: &[Vec<PathPoint>]) -> Vec<Raw> {
+        raw(paths, &self.spec, &self.regression)
+    }
+
+    fn into_parts(self, outputs: Normaliser, weights: WeightFormat) -> ControllerParts {
+        ControllerParts {
+            inputs: self.inputs,
+            outputs,
+            design: InverseDesign::Recurrent { features: self.spec, regression: self.regression },
+            workspace: self.workspace,
+            weights,
+            regressions_mm: self.regressions_mm,
+            delay_s: self.delay_s,
+        }
+    }
+}
+
+fn raw(paths: &[Vec<PathPoint>], spec: &FeatureSpec, regression: &StaticRegression) -> Vec<Raw> {
+    paths.iter().map(|path| Raw::new(path, spec, regression)).collect()
 }
 
 /// Name of the network's output for a tendon.

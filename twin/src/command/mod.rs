@@ -143,11 +143,7 @@ impl<'a> Command<'a> {
 
     /// The error of a stroke that is not met because the tendon has reached its largest tension.
     fn overloaded(&self, twin: &Twin, state: &TwinState) -> Option<Error> {
-        (0..twin.n_primary).find_map(|j| {
-            let TwinTendon { name, tension, .. } = &twin.tendons[j];
-            let is_met = self.strokes_of(j).is_none() || state.tensions[j] < tension.max;
-            (!is_met).then(|| Error::Overloaded { tendon: name.clone(), largest: tension.max })
-        })
+        twin.overloaded(state, |j| self.strokes_of(j).is_some())
     }
 
     /// Description of the command of the primary tendons in sample `row`, for a message.

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use hysteron_base::{Metadata, Recording, Scene, number};
+use hysteron_base::{Metadata, Recording, Scene};
 use hysteron_twin::command::{Command, CommandRollout};
 use hysteron_twin::{Twin, TwinState};
 
 use super::input::sample_duration;
 use super::residual::ResidualTrace;
-use super::rollout::{RunEnd, RunState, follow};
+use super::rollout::{RunEnd, RunState, describe_sample, follow};
 use super::run::check_network_drives;
 use super::trace::Trace;
 use crate::shared::error::Cancelled;
@@ -66,9 +66,7 @@ fn follow_strokes(
         RunEnd::Done => {}
         RunEnd::Interrupted => return Err(Cancelled::new("; the rollout is not kept").into()),
         RunEnd::Failed(error) => {
-            let (row, at) = (trace.len(), number::shown(command.time[trace.len()]));
-            let tendons = command.describe(twin, row);
-            return Err(error.context(format!("row {} (t = {at} s), tendons {tendons}", row + 1)));
+            return Err(error.context(describe_sample(twin, &command, trace.len())));
         }
     }
     let further = residual.map_or_else(Vec::new, ResidualTrace::into_channels);

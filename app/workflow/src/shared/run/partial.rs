@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
-use hysteron_base::{BadInput, Metadata, Recording, number};
+use hysteron_base::{BadInput, Metadata, Recording};
 use hysteron_twin::command::Command;
 use hysteron_twin::{Twin, TwinState};
 
-use super::rollout::{RunEnd, RunState};
+use super::rollout::{RunEnd, RunState, describe_sample};
 use super::trace::Trace;
 use crate::shared::error::Cancelled;
 use crate::shared::paths;
@@ -91,12 +91,9 @@ impl Partial {
             format!("{n_done} of {n} samples are in {recording}, the last equilibrium in {state}")
         };
         match end {
-            RunEnd::Failed(error) => anyhow::anyhow!(
-                "row {} (t = {} s), tendons {}: {error:#}; {kept}",
-                n_done + 1,
-                number::shown(command.time[n_done]),
-                command.describe(twin, n_done),
-            ),
+            RunEnd::Failed(error) => {
+                anyhow::anyhow!("{}: {error:#}; {kept}", describe_sample(twin, command, n_done))
+            }
             _ => Cancelled::new(format!("; {kept}; add --resume to continue")).into(),
         }
     }

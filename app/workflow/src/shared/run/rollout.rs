@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use hysteron_base::number;
 use hysteron_twin::command::{Command, CommandRollout};
 use hysteron_twin::{Twin, TwinState};
 
@@ -20,6 +21,12 @@ pub struct RunState {
     pub trace: Trace,
     /// Cost and accuracy so far.
     pub summary: RunSummary,
+}
+
+/// A sample in words: its row from 1, its time and what was commanded.
+pub fn describe_sample(twin: &Twin, command: &Command, row: usize) -> String {
+    let (at, tendons) = (number::shown(command.time[row]), command.describe(twin, row));
+    format!("row {} (t = {at} s), tendons {tendons}", row + 1)
 }
 
 /// How a run ended.

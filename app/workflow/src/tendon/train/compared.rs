@@ -37,11 +37,11 @@ pub struct CandidateErrors {
 }
 
 /// The controllers to compare: where a twin judges, all that the data allow; else the network of all data alone.
-pub(super) fn candidates(options: &Options, data: &Dataset) -> Vec<Candidate> {
+pub(super) fn candidates(options: &Options, data: &Dataset, recorded: Option<&Dataset>) -> Vec<Candidate> {
     if options.scene.is_none() {
         return vec![Candidate::Network];
     }
-    let is_hybrid = data.count(DataOrigin::Synthetic) > 0 && data.only(DataOrigin::Real).is_some();
+    let is_hybrid = data.count(DataOrigin::Synthetic) > 0 && recorded.is_some();
     let recorded = is_hybrid.then_some(Candidate::RecordedNetwork);
     [Some(Candidate::StaticRegression), recorded, Some(Candidate::Network)].into_iter().flatten().collect()
 }
@@ -74,12 +74,6 @@ impl ComparedController {
         Ok(Self { candidate, fitted, tip_mm: tip.transpose()?.flatten() })
     }
 
-    /// Root mean square error of all strokes in validation [mm].
-    fn stroke_mm(&self) -> f64 {
-        let squares: f64 = self.fitted.held_out_mm.iter().map(|error| error * error).sum();
-        (squares / self.fitted.held_out_mm.len().max(1) as f64).sqrt()
-    }
-
     /// Which of some to use: the simplest whose error at the tip is no more than [`SAME`] above the least; the last where none has
     /// an error there.
     pub(super) fn best(all: &[Self]) -> usize {
@@ -90,7 +84,7 @@ impl ComparedController {
     pub(super) fn errors(all: &[Self], chosen: usize) -> Vec<CandidateErrors> {
         let errors = |(k, one): (usize, &Self)| CandidateErrors {
             candidate: one.candidate,
-            stroke_rmse_mm: one.stroke_mm(),
+            stroke_rmse_mm: one.fitted.report.together().last().copied().unwrap_or(f64::NAN),
             tip_rmse_mm: one.tip_mm,
             is_chosen: k == chosen,
         };

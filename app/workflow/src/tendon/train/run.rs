@@ -42,12 +42,15 @@ fn train(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let mut data = dataset(options, &inputs, context)?;
     context.listen();
     let judge = Judge::of(options, &mut data, context)?;
-    let candidates = candidates(options, &data);
+    // What a robot does is in its recordings, where there are some.
+    let recorded = judge.as_ref().and_then(|_| data.only(DataOrigin::Real));
+    let candidates = candidates(options, &data, recorded.as_ref());
     let files = candidates.iter().filter_map(|one| training_file(&options.out, *one)).collect();
     let unfinished = Unfinished::new(&options.out, files);
     let mut compared: Vec<ComparedController> = Vec::new();
     for candidate in candidates {
-        let fitted = fit(candidate, options, &data, context)?;
+        let known = recorded.as_ref().filter(|_| candidate != Candidate::Network).unwrap_or(&data);
+        let fitted = fit(candidate, options, known, context)?;
         let is_finished = fitted.is_finished;
         compared.push(ComparedController::new(candidate, fitted, judge.as_ref(), &data, context)?);
         if !is_finished {
@@ -78,9 +81,6 @@ fn fit(
     if options.scene.is_some() {
         tracing::info!("{}", candidate.name());
     }
-    let recorded = data.only(DataOrigin::Real);
-    // What a robot does is in its recordings, where there are some.
-    let data = if candidate == Candidate::Network { data } else { recorded.as_ref().unwrap_or(data) };
     let mut display = EpochDisplay { bar: None, context };
     let mut progress = |progress: &TrainingProgress| display.show(progress);
     let file = training_file(&options.out, candidate);
