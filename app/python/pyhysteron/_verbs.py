@@ -952,7 +952,8 @@ def train(
         out: Checkpoint to write, .safetensors.
         scene: Scene of the robot (scene.toml): its twin compares the static regression, the network of the
             recordings alone and the network of all data on the validation recordings, by what their strokes
-            do to its tip; the simplest that is within 5 % of the best is written; recurrent only.
+            do to its tip; the simplest that is within 5 % of the best is written, and where the twin itself
+            is better still, the checkpoint names it; recurrent only.
         residual: Checkpoint by hysteron fit-residual, of the same scene.
         reduced: Chain by hysteron reduce: it moves the robot in place of the finite elements [default: that
             of the scene, if it names one].
@@ -1012,6 +1013,7 @@ def command(
     out: PathLike,
     scene: PathLike | None = None,
     nominal: bool = False,
+    network: bool = False,
     stroke_min_mm: float | None = None,
     stroke_max_mm: float | None = None,
     stroke_rate_max_mm_s: float | None = None,
@@ -1025,11 +1027,14 @@ def command(
     As `hysteron command`.
 
     Args:
-        checkpoint: Checkpoint by hysteron train; with --scene, by hysteron fit-residual.
+        checkpoint: Checkpoint by hysteron train, whose network finds the strokes, or the twin that it names
+            as better; with --scene, by hysteron fit-residual.
         target: Path that the tip shall follow.
         scene: Steer the twin of this scene along the path.
         nominal: Ignore the parameters of the scene that are fitted to a robot: zeros and compliance of the
             tendons, friction, backlash.
+        network: Find the strokes by the network of the checkpoint, even where the checkpoint names a twin
+            that leads the tip closer.
         out: Recording to write, .parquet or .csv.
         stroke_min_mm: Smallest stroke [default: that of the training; with --scene, the opposite of the
             largest].
@@ -1050,6 +1055,7 @@ def command(
         *option("--target", target),
         *option("--scene", scene),
         *flag("--nominal", nominal),
+        *flag("--network", network),
         *option("--out", out),
         *option("--stroke-min-mm", stroke_min_mm),
         *option("--stroke-max-mm", stroke_max_mm),
@@ -1070,6 +1076,7 @@ def track(
     out: PathLike,
     scene: PathLike | None = None,
     nominal: bool = False,
+    network: bool = False,
     repeats: int | None = None,
     calibration: PathLike | None = None,
     seed: int | None = None,
@@ -1084,11 +1091,14 @@ def track(
     As `hysteron track`.
 
     Args:
-        checkpoint: Checkpoint by hysteron train; with --scene, by hysteron fit-residual.
+        checkpoint: Checkpoint by hysteron train, whose network finds the strokes, or the twin that it names
+            as better; with --scene, by hysteron fit-residual.
         target: Path that the tip shall follow.
         scene: Steer the twin of this scene along the path.
         nominal: Ignore the parameters of the scene that are fitted to a robot: zeros and compliance of the
             tendons, friction, backlash.
+        network: Find the strokes by the network of the checkpoint, even where the checkpoint names a twin
+            that leads the tip closer.
         rig: Rig file, or virtual:PRESET.
         out: Folder to write to.
         repeats: How often the strokes are run. Default: 1.
@@ -1111,6 +1121,7 @@ def track(
         *option("--target", target),
         *option("--scene", scene),
         *flag("--nominal", nominal),
+        *flag("--network", network),
         *option("--rig", rig),
         *option("--out", out),
         *option("--repeats", repeats),

@@ -125,6 +125,7 @@ __all__ = [
     "JointWeights",
     "LayoutMetrics",
     "LayoutReach",
+    "LeadingTwin",
     "LevelResult",
     "LiveEstimates",
     "Load",
@@ -183,6 +184,7 @@ __all__ = [
     "ReduceOutcome",
     "Repeatability",
     "ResidualOptions",
+    "ResidualPart",
     "ResidualRecurrentOptions",
     "ResidualTensions",
     "ResidualTraining",
@@ -2566,6 +2568,9 @@ class InverseTraining(_Outcome):
     trained_on: list[TrainedOn] | None = None
     """Training recordings."""
 
+    twin: LeadingTwin | None = None
+    """The twin that finds the strokes where it leads the tip closer than the network in validation."""
+
     version: str | None = None
     """Version of the program."""
 
@@ -2627,6 +2632,27 @@ class LayoutReach(_Outcome):
 
     singular_values: list[float]
     """Singular values of ∂tip/∂s*, in the median of all samples [-]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeadingTwin(_Outcome):
+    """A twin that leads the tip closer than the network that learned from it; its files are named from the
+    folder of the checkpoint."""
+
+    residual: str | None = None
+    """Its residual network."""
+
+    residual_sha256: str | None = None
+    """SHA-256 of that file."""
+
+    scene: str
+    """Its scene."""
+
+    scene_sha256: str
+    """Hash of the scene and its mesh."""
+
+    tip_rmse_mm: float
+    """Its error of the tip in validation, root mean square [mm]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -3793,6 +3819,10 @@ class ResidualTraining(_Outcome):
 
     options: ResidualOptions | None = None
     """Options; none where a program of another version wrote them."""
+
+    part: ResidualPart | None = None
+    """The part that gains in validation, of the recurrent design; none in files of older programs, which hold
+    the network."""
 
     scene: str | None = None
     """Hash of the scene, of the published design."""
@@ -5800,6 +5830,9 @@ class TrainedMember(_Outcome):
     held_out_rmse_mm: float
     """Root mean square error of the tip in validation [mm]."""
 
+    is_kept: bool | None = None
+    """Whether it is in the mean: false where it does no better in validation than the twin alone."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class TrainedOn(_Outcome):
@@ -6127,6 +6160,9 @@ Polish = Literal["lbfgs"] | dict[Literal["levenberg-marquardt"], dict[Literal["b
 
 ResidualOptions = ResidualRecurrentOptions | WindowOptions
 """Options of a training."""
+
+ResidualPart = Literal["nothing"] | Literal["linear"] | Literal["network"]
+"""Parts of a residual model, from the fewest numbers to the most."""
 
 RigEmulateOutcome = TrafficCounts
 """The outcome of `rig emulate`."""

@@ -38,7 +38,7 @@ pub use path_point::{PathPoint, PathSmoothing};
 pub use recurrent::{fit_recurrent, fit_regression};
 pub use recurrent_options::RecurrentOptions;
 pub use regression::StaticRegression;
-pub use training::{InverseOptions, InverseTraining, TrainedDesign, TrainedOn, WeightErrors};
+pub use training::{InverseOptions, InverseTraining, LeadingTwin, TrainedDesign, TrainedOn, WeightErrors};
 pub use windowed::{PUBLISHED, fit_windowed};
 pub use workspace::TipWorkspace;
 

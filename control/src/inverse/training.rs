@@ -1,5 +1,7 @@
 //! How an inverse controller was trained, as its checkpoint holds it.
 
+use std::path::PathBuf;
+
 use hysteron_learn::{Provenance, WeightFormat, WindowOptions, options_of_this_version};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,6 +19,9 @@ pub struct InverseTraining {
     /// Which of the controllers that were compared it is; none where there was no comparison.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub candidate: Option<Candidate>,
+    /// The twin that finds the strokes where it leads the tip closer than the network in validation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub twin: Option<LeadingTwin>,
     /// Options; none where a program of another version wrote them.
     #[serde(deserialize_with = "options_of_this_version", skip_serializing_if = "Option::is_none")]
     pub options: Option<InverseOptions>,
@@ -45,6 +50,23 @@ pub struct InverseTraining {
     /// The command and the program that wrote the checkpoint.
     #[serde(flatten)]
     pub provenance: Option<Provenance>,
+}
+
+/// A twin that leads the tip closer than the network that learned from it; its files are named from the folder of the checkpoint.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LeadingTwin {
+    /// Its scene.
+    pub scene: PathBuf,
+    /// Hash of the scene and its mesh.
+    pub scene_sha256: String,
+    /// Its residual network.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual: Option<PathBuf>,
+    /// SHA-256 of that file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual_sha256: Option<String>,
+    /// Its error of the tip in validation, root mean square [mm].
+    pub tip_rmse_mm: f64,
 }
 
 /// Which design was trained.

@@ -96,6 +96,11 @@ impl LinearPart {
         Self { ranges: ranges.to_vec(), ..self }
     }
 
+    /// The same with all weights zero.
+    pub(super) fn silent(self) -> Self {
+        Self { rows: self.rows.map(|row| vec![0.0; row.len()]), ..self }
+    }
+
     /// Whether it is for features of so many tendons.
     pub fn fits(&self, n_tendons: usize, n_features: usize) -> bool {
         self.per_tendon * n_tendons == n_features

@@ -8,7 +8,8 @@ use std::borrow::Cow;
 
 use hysteron_base::{BadInput, parallel, rng};
 use hysteron_learn::{
-    ChannelErrors, ChannelRange, FitReport, FitResult, Member, Network, Normaliser, SequenceTask,
+    ChannelErrors, ChannelRange, FitReport, FitResult, Member, Network, Normaliser, SequenceOptions,
+    SequenceTask,
 };
 use rand::RngExt;
 use serde::Serialize;
@@ -18,15 +19,16 @@ use super::recurrent_options::RecurrentOptions;
 use super::sequence::{first_of_one_robot, fit_decoder, names};
 use super::training::{ResidualOptions, ResidualTraining, TrainedMember};
 use super::{
-    FeatureSpec, Features, FittedResidual, LinearPart, ResidualDesign, ResidualModel, Sequence, Sessions,
-    StrokeDecoder,
+    FeatureSpec, Features, FittedResidual, LinearPart, ResidualDesign, ResidualModel, ResidualPart, Sequence,
+    Sessions, StrokeDecoder,
 };
 use crate::Result;
 
 /// Trains a network for each set of `held_out`, on all `sequences` but those, keeps its weights that do best on those
 /// (indices into `sequences`), and gives one network that is the mean of all: what chance makes of one training, the
 /// others take out. Networks are trained in parallel, each with a session of its own, and each with ranges and a
-/// linear part of what it learns from alone. The decoder, of which there is one, is fitted to what no network holds
+/// linear part of what it learns from alone. A part that gains nothing in validation is left out of the model, and so is a network
+/// that does worse there than the twin alone. The decoder, of which there is one, is fitted to what no network holds
 /// out; where nothing is left, to all, for it is made of the twin's sensitivities and not of the measured tip.
 ///
 /// # Errors
@@ -60,25 +62,26 @@ pub fn fit_recurrent(
     let setting = NetworkInputs { sequences, scene_hash, options, sessions, spec: &spec, decoder: &decoder };
     let numbered: Vec<_> = held_out.iter().enumerate().collect();
     let members = parallel::try_map(&numbered, |(number, held_out)| setting.member(*number, held_out))?;
-    let parts = members.iter().map(|TrainedNetwork { result, inputs, outputs, .. }| Member {
+    let is_finished = members.iter().all(|member| member.result.is_finished);
+    let reports: Vec<FitReport> = members.iter().map(|member| member.report.clone()).collect();
+    let part = ResidualPart::best(&reports);
+    let summaries = members.iter().map(|member| member.summary(part)).collect();
+    let kept = members
+        .into_iter()
+        .enumerate()
+        .filter(|(k, member)| part == ResidualPart::Nothing && *k == 0 || part.gains(&member.report));
+    let kept = kept.map(|(_, member)| setting.with_part(part, member)).collect::<Result<Vec<_>>>()?;
+    let parts = kept.iter().map(|TrainedNetwork { result, inputs, outputs, .. }| Member {
         network: &result.model,
         inputs,
         outputs,
     });
     let (network, inputs, outputs) = Network::ensemble(&parts.collect::<Vec<_>>())?;
-    let (mut linear, mut reports, mut summaries) = (Vec::new(), Vec::new(), Vec::new());
-    let is_finished = members.iter().all(|member| member.result.is_finished);
-    for member in members {
-        let FitResult { validation, epochs, .. } = &member.result;
-        summaries.push(TrainedMember {
-            held_out: member.report.validation.clone(),
-            held_out_rmse_mm: *validation,
-            epochs: *epochs,
-        });
+    let to_common = |member: TrainedNetwork| {
         let to_own = member.inputs.from_normalised(&inputs);
-        linear.push(member.linear.for_ranges(&to_own[..spec.n_of_strokes()]));
-        reports.push(member.report);
-    }
+        member.linear.for_ranges(&to_own[..spec.n_of_strokes()])
+    };
+    let linear = kept.into_iter().map(to_common).collect();
     let model = ResidualModel {
         network,
         inputs,
@@ -93,6 +96,7 @@ pub fn fit_recurrent(
             options: Some(ResidualOptions::Recurrent(options.clone())),
             sequences: names(sequences),
             members: summaries,
+            part: Some(part),
             ..ResidualTraining::default()
         },
     };
@@ -138,7 +142,33 @@ struct TrainedNetwork {
     report: FitReport,
 }
 
+impl TrainedNetwork {
+    fn summary(&self, part: ResidualPart) -> TrainedMember {
+        TrainedMember {
+            held_out: self.report.validation.clone(),
+            held_out_rmse_mm: self.result.validation,
+            epochs: self.result.epochs,
+            is_kept: part.gains(&self.report),
+        }
+    }
+}
+
 impl NetworkInputs<'_> {
+    /// The same with what is not of `part` silent: a network of one unit whose outputs have no width, a linear part of zeros.
+    fn with_part(&self, part: ResidualPart, mut member: TrainedNetwork) -> Result<TrainedNetwork> {
+        if part != ResidualPart::Network {
+            let smallest = SequenceOptions { hidden: 1, layers: 1, ..self.options.learning };
+            member.result.model =
+                Network::new(&smallest.architecture(self.spec.len(), 3), self.options.seed)?;
+            let silent = |channel: ChannelRange| ChannelRange { min: 0.0, max: 0.0, ..channel };
+            member.outputs = Normaliser::new(member.outputs.channels.into_iter().map(silent).collect())?;
+        }
+        if part == ResidualPart::Nothing {
+            member.linear = member.linear.silent();
+        }
+        Ok(member)
+    }
+
     /// Fits ranges, linear part and network to all sequences but those `held_out`.
     fn member(&self, number: usize, held_out: &[usize]) -> Result<TrainedNetwork> {
         let Self { sequences, options, spec, .. } = *self;
@@ -188,7 +218,7 @@ impl NetworkInputs<'_> {
             curve: result.curve.clone(),
             epochs: result.epochs,
             unit: Cow::Borrowed("mm"),
-            methods: ["twin alone", "linear part alone", "network"].map(str::to_owned).to_vec(),
+            methods: ResidualPart::ALL.map(|part| part.name().to_owned()).to_vec(),
             channels: channel_errors(baselines, &task.evaluate(&result.model)?.squares),
         };
         Ok(TrainedNetwork { result, inputs, outputs, linear, report })

@@ -1,10 +1,11 @@
 //! How a residual network was trained, as its checkpoint holds it.
 
-use hysteron_learn::{Provenance, WindowOptions, options_of_this_version};
+use hysteron_learn::{Provenance, WindowOptions, mean, options_of_this_version};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::adapted_parts::AdaptedParts;
+use super::kept_parts::ResidualPart;
 use super::recurrent_options::RecurrentOptions;
 
 /// The training of a residual network: data, options, errors in validation, later adaptation.
@@ -20,6 +21,9 @@ pub struct ResidualTraining {
     /// One entry per network, of the recurrent design.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub members: Vec<TrainedMember>,
+    /// The part that gains in validation, of the recurrent design; none in files of older programs, which hold the network.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<ResidualPart>,
     /// Hash of the scene, of the published design.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scene: Option<String>,
@@ -52,6 +56,16 @@ pub struct ResidualTraining {
     pub provenance: Option<Provenance>,
 }
 
+impl ResidualTraining {
+    /// Error of the tip on recordings that the networks in the mean did not learn from, root mean square [mm]; none of the
+    /// published design.
+    pub fn validation_error_mm(&self) -> Option<f64> {
+        let kept = self.members.iter().filter(|member| member.is_kept);
+        let squares: Vec<f64> = kept.map(|member| member.held_out_rmse_mm.powi(2)).collect();
+        (!squares.is_empty()).then(|| mean(&squares).sqrt())
+    }
+}
+
 /// Options of a training.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
@@ -71,6 +85,14 @@ pub struct TrainedMember {
     pub held_out_rmse_mm: f64,
     /// Epochs after which its weights were found.
     pub epochs: usize,
+    /// Whether it is in the mean: false where it does no better in validation than the twin alone.
+    #[serde(default = "is_kept")]
+    pub is_kept: bool,
+}
+
+/// Every network of an older program is in the mean.
+fn is_kept() -> bool {
+    true
 }
 
 #[cfg(test)]
@@ -83,7 +105,8 @@ mod tests {
     #[test]
     fn a_training_reads_back_and_options_of_another_version_are_left_out() {
         let provenance = Provenance { command: "hysteron".into(), commit: "0".into(), version: "1".into() };
-        let member = TrainedMember { held_out: vec!["a".into()], held_out_rmse_mm: 0.5, epochs: 3 };
+        let member =
+            TrainedMember { held_out: vec!["a".into()], held_out_rmse_mm: 0.5, epochs: 3, is_kept: true };
         let training = ResidualTraining {
             options: Some(ResidualOptions::Recurrent(RecurrentOptions::default())),
             members: vec![member],

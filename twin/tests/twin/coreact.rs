@@ -11,7 +11,7 @@ use hysteron_twin::coreact::{
 };
 use hysteron_twin::residual::{
     CorrectedRollout, DECODER, FittedResidual, PUBLISHED, RecurrentOptions, ResidualDesign, ResidualModel,
-    Sequence, Sessions, StrokeDecoder, fit_decoder, fit_recurrent, fit_windowed,
+    ResidualPart, Sequence, Sessions, StrokeDecoder, fit_decoder, fit_recurrent, fit_windowed,
 };
 use hysteron_twin::{FrictionPoints, Plant, RobotMotion, Stepper, Target, Twin};
 
@@ -334,6 +334,31 @@ fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
     );
     let wrong = model.check(3, auxiliary.len(), 0.01).unwrap_err();
     assert!(wrong.to_string().contains("another robot"), "{wrong}");
+}
+
+#[test]
+fn what_gains_nothing_on_a_recording_left_out_leaves_the_twin_as_it_is() {
+    let twin = twin();
+    let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
+    // The same motion, and errors of the other sign: what is learned on one makes the other twice as bad.
+    let sequences = [1.0, -1.0].map(|sign| {
+        let secret = |i| lagging(auxiliary.len(), i).iter().map(|stroke| sign * stroke).collect();
+        let recording = recording(&twin, &auxiliary, 120, secret);
+        let motion = RobotMotion::for_identification(&twin, &recording, "rec").unwrap();
+        let mut identifier = Identifier::new(&twin, &auxiliary, IdentifyOptions::default());
+        let found = identify(&twin, &mut identifier, &motion, Metadata::default(), &mut || true);
+        let found = found.unwrap().unwrap();
+        Sequence::new("circle", &found.recording, &found.sensitivities).unwrap()
+    });
+    let options = learning(|of| *of = SequenceOptions { hidden: 8, epochs: 20, truncation: 50, ..*of });
+    let model = fit(&sequences, &options, Vec::new(), &|_, _| true).model;
+    assert_eq!(model.training.part, Some(ResidualPart::Nothing));
+    assert!(model.training.members.iter().all(|member| !member.is_kept));
+    let mut rollout = CorrectedRollout::new(&twin, &auxiliary, &model, 0.01).unwrap();
+    for i in 0..20 {
+        Plant::step(&mut rollout, &strokes(i)).unwrap();
+        assert!(rollout.strokes().iter().all(|stroke| *stroke == 0.0), "row {i}");
+    }
 }
 
 #[test]

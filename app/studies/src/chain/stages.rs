@@ -308,7 +308,7 @@ impl Planner<'_> {
             Method::Nominal => step.word("--scene").with(self.nominal_scene()).word("--nominal"),
             Method::Scene => step.word("--scene").with(self.scene()),
             Method::Twin => step.with(self.checkpoint()).word("--scene").with(self.scene()),
-            Method::Network => step.with(self.made("inverse/network.safetensors")),
+            Method::Network => step.with(self.made("inverse/network.safetensors")).word("--network"),
         };
         let step = step
             .word("--target")

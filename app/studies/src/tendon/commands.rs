@@ -27,13 +27,30 @@ pub const TESTS: [&str; 3] = ["ellipse-1", "ellipse-2", "circle-beyond"];
 /// The twin with friction: the name of what it learns, in the folder of a robot, and its scene.
 pub const FRICTION: (&str, &str) = ("friction", "scene-typical-friction.toml");
 
-/// How strokes are found: by a network alone, or by steering the twin of a scene, with its network or without.
+/// How strokes are found.
 #[derive(Debug, Clone, Copy)]
-pub struct Strokes<'a> {
-    /// Scene file.
-    pub scene: Option<&'a str>,
-    /// Checkpoint.
-    pub model: Option<&'a str>,
+pub enum Strokes<'a> {
+    /// By steering the twin of a scene, with its residual network or without.
+    Twin {
+        /// Scene file.
+        scene: &'a str,
+        /// Checkpoint.
+        residual: Option<&'a str>,
+    },
+    /// By the network of a checkpoint.
+    Network(&'a str),
+    /// By what the checkpoint names as best, its network or a twin.
+    Best(&'a str),
+}
+
+impl<'a> Strokes<'a> {
+    fn arguments(self) -> Vec<&'a str> {
+        match self {
+            Self::Twin { scene, residual } => ["--scene", scene].into_iter().chain(residual).collect(),
+            Self::Network(model) => vec![model, "--network"],
+            Self::Best(model) => vec![model],
+        }
+    }
 }
 
 /// A command of the program that studies run, with the options that a person would type.
@@ -326,8 +343,7 @@ impl<'a> ChainCommands<'a> {
         let [repeats, seed] = [repeats, seed].map(|number| number.to_string());
         let mut arguments = vec!["track", "--rig", rig, "--target", target];
         arguments.extend(["--repeats", &repeats, "--seed", &seed, "--out", &out]);
-        arguments.extend(strokes.scene.iter().flat_map(|scene| ["--scene", scene]));
-        arguments.extend(strokes.model);
+        arguments.extend(strokes.arguments());
         let found = self.tracked(&arguments, &out)?;
         let scores =
             |found: evaluate::Outcome| found.recordings.iter().map(|one| Followed::of(&one.score)).collect();

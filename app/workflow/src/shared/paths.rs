@@ -41,9 +41,38 @@ pub fn plain(path: &Path) -> PathBuf {
     parts.iter().collect()
 }
 
+/// The path of a file as seen from a folder, both of which are there: `../meshes/scene.toml`.
+///
+/// # Errors
+/// One of the two is not there.
+pub fn seen_from(folder: &Path, file: &Path) -> std::io::Result<PathBuf> {
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let (from, to) = (here.canonicalize()?, file.canonicalize()?);
+    let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    // On another drive there is no way up.
+    if shared == 0 {
+        return Ok(to);
+    }
+    let up = from.components().skip(shared).map(|_| Component::ParentDir);
+    Ok(up.chain(to.components().skip(shared)).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_is_named_from_a_folder_beside_it() -> std::io::Result<()> {
+        let place = tempfile::tempdir()?;
+        let at = |name: &str| place.path().join(name);
+        std::fs::create_dir_all(at("a/b"))?;
+        std::fs::create_dir_all(at("c"))?;
+        std::fs::write(at("c/file"), "")?;
+        for (folder, expected) in [("a/b", "../../c/file"), ("c", "file"), (".", "c/file")] {
+            assert_eq!(seen_from(&at(folder), &at("c/file"))?, Path::new(expected));
+        }
+        Ok(())
+    }
 
     #[test]
     fn dots_go_where_a_folder_stands_before_them() {

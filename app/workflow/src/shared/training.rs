@@ -52,31 +52,32 @@ pub(crate) fn losses(reports: &[FitReport]) -> Vec<String> {
     reports.iter().enumerate().flat_map(of).collect()
 }
 
-/// Whether networks do better in validation than the best of their baselines, and no worse than in training.
-/// Of several, whose mean is used, the worst decides.
+/// Whether the last method of some reports does better in validation than the best of its baselines, and no worse than in
+/// training. Of several networks, whose mean is used, the worst decides.
 pub(crate) fn verdict(reports: &[FitReport]) -> Verdict {
     let unit = reports.first().map_or("", |report| &report.unit);
-    // Network, and the best of its baselines with its name.
+    let method = reports.first().and_then(|report| report.methods.last()).map_or("network", String::as_str);
+    // It, and the best of its baselines with its name.
     let of = |report: &FitReport| {
         let errors = report.together();
-        let (network, baselines) = errors.split_last()?;
+        let (own, baselines) = errors.split_last()?;
         let named = baselines.iter().copied().zip(&report.methods);
         let (baseline, name) = named.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        Some((*network, baseline, name.clone()))
+        Some((*own, baseline, name.clone()))
     };
     let compared: Vec<_> = reports.iter().filter_map(of).collect();
     let mean = compared.iter().map(|it| it.0).sum::<f64>() / compared.len().max(1) as f64;
     let claim =
-        format!("the network is off by {} {unit} on recordings that it did not learn from", digits(mean));
+        format!("the {method} is off by {} {unit} on recordings that it did not learn from", digits(mean));
     let worst = compared.iter().max_by(|a, b| (a.0 / a.1).total_cmp(&(b.0 / b.1)));
     let mut assessment = Verdict::on(claim);
-    if let Some((network, baseline, name)) = worst {
+    if let Some((own, baseline, name)) = worst {
         assessment = assessment.because(
             Criterion::ErrorOverBaseline,
-            ratio(*network, *baseline),
+            ratio(*own, *baseline),
             format!(
-                "in validation the network is off by {} {unit}, {name} by {} {unit}",
-                digits(*network),
+                "in validation the {method} is off by {} {unit}, {name} by {} {unit}",
+                digits(*own),
                 digits(*baseline)
             ),
         );

@@ -45,6 +45,15 @@ impl FitReport {
         losses
     }
 
+    /// The same with the methods up to and including one; all where there is none of this name.
+    pub fn up_to(&self, method: &str) -> Self {
+        let n = self.methods.iter().position(|name| name == method).map_or(self.methods.len(), |k| k + 1);
+        let mut report = self.clone();
+        report.methods.truncate(n);
+        report.channels.iter_mut().for_each(|channel| channel.errors.truncate(n));
+        report
+    }
+
     /// Root mean square over all outputs, by method.
     pub fn together(&self) -> Vec<f64> {
         let n = self.channels.len().max(1) as f64;

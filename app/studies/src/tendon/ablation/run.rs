@@ -93,18 +93,18 @@ fn ablate(chain: &ChainCommands<'_>, name: &str, targets: &[&str]) -> Result<Rob
     let is_preset = PRESETS.contains(&name);
     let paper = if is_preset { Some(chain.train_inverse("paper", &both, &PAPER)?) } else { None };
 
-    let steered = Strokes { scene: Some(scene), model: Some(&twin) };
+    let steered = Strokes::Twin { scene, residual: Some(&twin) };
     let adapted = chain.path("adapted.safetensors")?;
     chain.track(&rig, steered, WATCHED, [1, 1], "watched")?;
     let watched = chain.path("watched/repeat-1.parquet")?;
     chain.once(&adapted, &["adapt", &twin, "--scene", scene, &watched, "--out", &adapted])?;
     let methods = [
-        Some(Strokes { scene: Some(scene), model: None }),
-        Some(Strokes { scene: None, model: Some(&inverse) }),
-        paper.as_deref().map(|paper| Strokes { scene: None, model: Some(paper) }),
-        Some(Strokes { scene: None, model: Some(&hybrid) }),
+        Some(Strokes::Twin { scene, residual: None }),
+        Some(Strokes::Network(&inverse)),
+        paper.as_deref().map(|paper| Strokes::Network(paper)),
+        Some(Strokes::Network(&hybrid)),
         Some(steered),
-        Some(Strokes { scene: Some(scene), model: Some(&adapted) }),
+        Some(Strokes::Twin { scene, residual: Some(&adapted) }),
     ];
     let mut found = Vec::new();
     for target in targets {

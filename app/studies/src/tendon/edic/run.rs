@@ -179,7 +179,10 @@ fn track(chain: &ChainCommands<'_>, method: &EdicMethod, target: &str, quick: bo
     for seed in 1..=seeds {
         let model =
             method.model.map(|model| chain.path(&format!("{model}-{seed}.safetensors"))).transpose()?;
-        let strokes = Strokes { scene: scene.as_deref(), model: model.as_deref() };
+        let strokes = match (scene.as_deref(), model.as_deref()) {
+            (Some(scene), residual) => Strokes::Twin { scene, residual },
+            (None, model) => Strokes::Network(model.unwrap_or_default()),
+        };
         let noise = [repeats, 100 * seed];
         match chain.track("virtual:typical", strokes, target, noise, &format!("{stem}/{seed}"))? {
             Some(followed) => cell.followed.extend(followed),

@@ -37,8 +37,14 @@ pub struct PopulationPath {
 }
 
 /// Ways to strokes.
-pub(super) const METHODS: [&str; 5] =
-    ["nominal scene", "fitted scene", "network of recorded data", "calibrated twin", "hybrid network"];
+pub(super) const METHODS: [&str; 6] = [
+    "nominal scene",
+    "fitted scene",
+    "network of recorded data",
+    "calibrated twin",
+    "hybrid network",
+    "what train writes",
+];
 
 impl PopulationRobot {
     /// Path by path, what each method came to; nothing of a robot on which a stage failed.

@@ -133,14 +133,17 @@ fn known_from_recordings(
     both.push(chain.generate(&fitted, &twin, &synthetic_plan(), "synthetic")?);
     let options = ["--epochs", effort.inverse_epochs];
     let recorded = chain.train_inverse("recorded", &recordings, &options)?;
+    let compared = [&options[..], &["--scene", &fitted, "--residual", &twin]].concat();
     let hybrid = chain.train_inverse("hybrid", &both, &options)?;
-    let steered = |scene, model| Strokes { scene: Some(scene), model };
+    let best = chain.train_inverse("best", &both, &compared)?;
+    let steered = |scene, residual| Strokes::Twin { scene, residual };
     let methods: [Strokes; METHODS.len()] = [
         steered(nominal.as_str(), None),
         steered(fitted.as_str(), None),
-        Strokes { scene: None, model: Some(&recorded) },
+        Strokes::Network(&recorded),
         steered(fitted.as_str(), Some(&twin)),
-        Strokes { scene: None, model: Some(&hybrid) },
+        Strokes::Network(&hybrid),
+        Strokes::Best(&best),
     ];
     let follow = |target: &&str| {
         let mut row: Row = [None; METHODS.len()];
@@ -179,7 +182,7 @@ mod tests {
             Some(Followed { nrmse_percent, iou: 0.9, aligned_rmse_mm: Some(1.0), lag_ms: Some(50.0) })
         };
         let mut rows = [[one(2.0); METHODS.len()]; 2];
-        rows[1] = [one(1.0), None, one(1.0), one(1.0), one(1.0)];
+        rows[1] = [one(1.0), None, one(1.0), one(1.0), one(1.0), one(1.0)];
         rows[0][1] = None;
         let found = Robot { name: "a".to_owned(), found: Ok(rows.to_vec()) };
         let failed = Robot { name: "b".to_owned(), found: Err("a stage".to_owned()) };

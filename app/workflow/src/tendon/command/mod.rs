@@ -2,6 +2,7 @@
 
 mod answer;
 mod approach;
+mod finder;
 mod options;
 mod outcome;
 mod page;

@@ -30,7 +30,7 @@ pub struct Options {
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Way {
-    /// Checkpoint by hysteron train; with --scene, by hysteron fit-residual
+    /// Checkpoint by hysteron train, whose network finds the strokes, or the twin that it names as better; with --scene, by hysteron fit-residual
     #[cfg_attr(feature = "clap", arg(value_name = "CKPT", required_unless_present = "scene"))]
     pub checkpoint: Option<PathBuf>,
     /// Path that the tip shall follow
@@ -42,4 +42,7 @@ pub struct Way {
     /// Ignore the parameters of the scene that are fitted to a robot: zeros and compliance of the tendons, friction, backlash
     #[cfg_attr(feature = "clap", arg(long, requires = "scene", conflicts_with = "checkpoint"))]
     pub nominal: bool,
+    /// Find the strokes by the network of the checkpoint, even where the checkpoint names a twin that leads the tip closer
+    #[cfg_attr(feature = "clap", arg(long, conflicts_with = "scene"))]
+    pub network: bool,
 }

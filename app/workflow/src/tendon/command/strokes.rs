@@ -9,6 +9,7 @@ use hysteron_control::path::{PathSpan, is_recording};
 use hysteron_control::{StrokeLimits, TargetPath};
 
 use super::answer::{Answer, LimitOverrides, Target};
+use super::finder::Finder;
 use super::options::Way;
 use super::twin_strokes;
 use crate::shared::error::Cancelled;
@@ -23,8 +24,8 @@ impl Way {
     /// Those of reading target and scene.
     pub fn reads(&self) -> anyhow::Result<Outputs> {
         let outputs = Outputs::reading(&self.checkpoint).target(&self.target)?;
-        Ok(match &self.scene {
-            Some(path) => outputs.scene(path, &Scene::read(path)?),
+        Ok(match Finder::of(self)?.scene_and_residual() {
+            Some((scene, residual)) => outputs.scene(scene, &Scene::read(scene)?).and(residual),
             None => outputs,
         })
     }
@@ -42,19 +43,13 @@ impl Way {
             bar.set_position(done as u64);
             !context.is_cancelled()
         };
-        let answer = match &self.scene {
-            Some(scene) => {
-                let twin =
-                    if self.nominal { twin_strokes::Twins::Nominal } else { twin_strokes::Twins::OfScene };
-                twin_strokes::strokes(
-                    (scene, twin),
-                    self.checkpoint.as_deref(),
-                    overrides,
-                    &target,
-                    &mut progress,
-                )?
-            }
-            None => by_network(self, overrides, &target, &mut progress)?,
+        let finder = Finder::of(self)?;
+        if let (None, Some((scene, _))) = (&self.scene, finder.scene_and_residual()) {
+            tracing::info!("the twin of {} finds the strokes, as the checkpoint has it", scene.display());
+        }
+        let answer = match &finder {
+            Finder::Twin(twin) => twin_strokes::strokes(twin, overrides, &target, &mut progress)?,
+            Finder::Network(model) => by_network(self, model, overrides, &target, &mut progress)?,
         };
         bar.finish();
         let n_done = answer.limited.len().saturating_sub(answer.approach);
@@ -76,24 +71,24 @@ impl Way {
         if extrapolating > 0.0 {
             tracing::warn!("{extrapolating:.1} % of the path is outside the training range");
         }
-        recording(self, &target, answer, context)
+        recording((self, &finder), &target, answer, context)
     }
 }
 
 /// By an inverse controller.
 fn by_network(
     way: &Way,
+    model: &InverseModel,
     overrides: &LimitOverrides,
     target: &Target,
     progress: &mut dyn FnMut(usize) -> bool,
 ) -> anyhow::Result<Answer> {
-    let model = InverseModel::read(way.checkpoint.as_deref().unwrap_or(Path::new("")))?;
     model.check_step(target.step).map_err(|bad| bad.within(&way.target))?;
     if (model.axes(), target.axes) == (Axes::Spatial, Axes::Planar) {
         let bad = BadInput::new(&way.target, "a recording with tip_z_m", "a path in the plane");
         return Err(bad.hint("the network was trained with --spatial").into());
     }
-    let limits = limits(&model, overrides);
+    let limits = limits(model, overrides);
     let commands = model.command(&target.path, limits, progress)?;
     let n = commands.steps.len();
     let n_tendons = commands.strokes.len() / n.max(1);
@@ -136,7 +131,12 @@ fn limits(model: &InverseModel, overrides: &LimitOverrides) -> StrokeLimits {
     }
 }
 
-fn recording(way: &Way, target: &Target, answer: Answer, context: &Context) -> anyhow::Result<Recording> {
+fn recording(
+    (way, finder): (&Way, &Finder),
+    target: &Target,
+    answer: Answer,
+    context: &Context,
+) -> anyhow::Result<Recording> {
     let n = answer.limited.len();
     let n_limited = answer.limited.iter().filter(|flag| **flag > 0.0).count();
     let strokes = answer.strokes.into_iter().enumerate();
@@ -158,8 +158,8 @@ fn recording(way: &Way, target: &Target, answer: Answer, context: &Context) -> a
     if let Some(path) = &way.checkpoint {
         extra.insert("checkpoint_sha256".to_owned(), file::sha256_of(path)?);
     }
-    if let Some(path) = &way.scene {
-        extra.insert("scene_sha256".to_owned(), Scene::read(path)?.hash);
+    if let Some((scene, _)) = finder.scene_and_residual() {
+        extra.insert("scene_sha256".to_owned(), Scene::read(scene)?.hash);
     }
     let span =
         PathSpan { begins: approach as f64 * target.step, ends: (approach + last) as f64 * target.step };

@@ -1,8 +1,9 @@
 //! Strokes for a path through the twin, with its residual network or without.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use hysteron_base::Scene;
+use hysteron_control::StrokeLimits;
 use hysteron_control::plan::TendonMapping;
 use hysteron_twin::Twin;
 use hysteron_twin::residual::{FollowLimits, FollowStep, PathFollower};
@@ -43,23 +44,34 @@ impl Twins {
     }
 }
 
+/// A twin to steer.
+#[derive(Debug, Clone)]
+pub(super) struct SteeredTwin {
+    /// Its scene.
+    pub scene: PathBuf,
+    /// With or without what is fitted to a robot.
+    pub twins: Twins,
+    /// Its residual network.
+    pub residual: Option<PathBuf>,
+    /// Limits of the strokes, where a training had some.
+    pub limits: Option<StrokeLimits>,
+}
+
 /// Steers the twin to where the path begins, along the path and back to no strokes. `progress` ends it where it returns false.
 pub(super) fn strokes(
-    (scene, twins): (&Path, Twins),
-    checkpoint: Option<&Path>,
+    steered: &SteeredTwin,
     overrides: &LimitOverrides,
     target: &Target,
     progress: &mut dyn FnMut(usize) -> bool,
 ) -> anyhow::Result<Answer> {
-    let scene = twins.scene(scene)?;
+    let scene = steered.twins.scene(&steered.scene)?;
     let twin = Twin::from_scene(&scene)?;
-    let network = checkpoint.map(|path| Network::read(path, &scene, &twin)).transpose()?;
+    let network = steered.residual.as_deref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
     let tendons = TendonMapping { angles: angles_of(&scene), release: 1.0, co_contraction: 0.0 };
     let coordinates = |point: [f64; 2], strokes: &mut [f64]| tendons.strokes_into(point, strokes);
-    let limits = FollowLimits {
-        stroke: overrides.stroke[1].unwrap_or(LIMITS[0]),
-        rate: overrides.rate.unwrap_or(LIMITS[1]),
-    };
+    let [stroke, rate] = steered.limits.map_or(LIMITS, |limits| [limits.stroke.max, limits.stroke_rate]);
+    let limits =
+        FollowLimits { stroke: overrides.stroke[1].unwrap_or(stroke), rate: overrides.rate.unwrap_or(rate) };
     let plant = plant(network.as_ref(), &twin, target.step)?;
     let mut follower = PathFollower::new(&twin, plant, &coordinates, limits, target.step)?;
     let mut answer = Answer {

@@ -6,7 +6,7 @@
 //! makes either way cancel.
 
 use hysteron_base::{Channel, Metadata, Recording, parallel};
-use hysteron_control::inverse::{Dataset, Demonstration, InverseModel, TipPosition};
+use hysteron_control::inverse::{Axes, Dataset, Demonstration, InverseModel, TipPosition};
 use hysteron_twin::Twin;
 use hysteron_twin::synthetic::{RecordedStrokes, SyntheticOutcome, synthesise};
 
@@ -19,6 +19,10 @@ use crate::{Context, Progress};
 pub(super) struct Judge {
     twin: Twin,
     network: Option<Network>,
+    /// Hash of its scene.
+    pub(super) scene_hash: String,
+    /// Coordinates of the tips.
+    pub(super) axes: Axes,
     /// Where they brought the tip, of each validation demonstration (n_samples) [m]; none where it could not follow.
     recorded: Vec<Option<Vec<TipPosition>>>,
 }
@@ -39,7 +43,7 @@ impl Judge {
         let twin = Twin::from_scene(&scene)?;
         let network =
             options.residual.as_deref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
-        let mut judge = Self { twin, network, recorded: Vec::new() };
+        let mut judge = Self { twin, network, scene_hash: scene.hash, axes: data.axes, recorded: Vec::new() };
         judge.follow(&mut data.training, context)?;
         judge.recorded = judge.follow(&mut data.validation, context)?;
         Ok(Some(judge))
@@ -64,10 +68,14 @@ impl Judge {
 
     /// Distance of the tip that the recorded strokes bring the twin to from the one that was measured, root mean square over
     /// the validation [mm]: the error of the robot where the twin leads its own tip along the path. None where it cannot follow.
+    /// Its residual networks may have learned from these recordings, so that the error is at least theirs in their own validation.
     pub(super) fn own_error_mm(&self, validation: &[Demonstration]) -> Option<f64> {
         let pairs = validation.iter().zip(&self.recorded);
         let of = pairs.map(|(one, made)| Some(squares(one, made.as_deref()?, &one.tip)));
-        Some(root_mean_mm(&of.collect::<Option<Vec<_>>>()?))
+        let here = root_mean_mm(&of.collect::<Option<Vec<_>>>()?);
+        let residual =
+            self.network.as_ref().and_then(|network| network.model().training.validation_error_mm());
+        Some(residual.map_or(here, |residual| here.max(residual)))
     }
 
     /// Distance of the tips that a controller's strokes and the recorded ones bring the twin to, root mean square over

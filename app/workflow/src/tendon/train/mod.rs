@@ -2,6 +2,7 @@
 
 mod compared;
 mod judge;
+mod leading_twin;
 mod options;
 mod outcome;
 mod page;

@@ -20,7 +20,7 @@ pub struct Options {
     pub out: PathBuf,
     /// Scene of the robot (scene.toml): its twin compares the static regression, the network of the recordings alone and the
     /// network of all data on the validation recordings, by what their strokes do to its tip; the simplest that is within 5 % of
-    /// the best is written; recurrent only
+    /// the best is written, and where the twin itself is better still, the checkpoint names it; recurrent only
     #[cfg_attr(feature = "clap", arg(long, value_name = "SCENE"))]
     pub scene: Option<PathBuf>,
     /// Checkpoint by hysteron fit-residual, of the same scene

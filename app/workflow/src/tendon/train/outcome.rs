@@ -2,7 +2,7 @@
 
 use hysteron_base::checks::Warning;
 use hysteron_base::number::digits;
-use hysteron_control::inverse::{Candidate, Dataset, InverseTraining};
+use hysteron_control::inverse::{Candidate, Dataset, InverseTraining, LeadingTwin};
 use hysteron_learn::FitReport;
 use hysteron_report::verdict::{Criterion, Verdict};
 use schemars::JsonSchema;
@@ -65,10 +65,13 @@ impl Outcome {
             .filter(|one| one.candidate != Candidate::StaticRegression)
             .map(|one| one.fitted.report.clone())
             .collect();
-        let judged = judged(&candidates, data.validation.len());
+        let training = compared[chosen].fitted.model.training.clone();
+        let judged = judged(&candidates, training.twin.as_ref(), data.validation.len());
         // What strokes alone say is no warning where the tip was judged.
         let mut warnings = if judged.is_some() { Vec::new() } else { training::losses(&networks) };
-        warnings.extend(better_twin(&candidates, twin_tip_rmse_mm));
+        if training.twin.is_none() {
+            warnings.extend(better_twin(&candidates, twin_tip_rmse_mm));
+        }
         for (kind, names) in data.unvalidated() {
             let names = names.join(", ");
             warnings.push(format!("motion of kind {kind} is learned from and validated on nowhere: {names}"));
@@ -82,7 +85,7 @@ impl Outcome {
             networks,
             warnings,
             recording_warnings: findings.warnings().to_vec(),
-            training: compared[chosen].fitted.model.training.clone(),
+            training,
             command: context.command.clone(),
             commit: COMMIT.to_owned(),
         }
@@ -111,23 +114,33 @@ impl Outcome {
             })
             .collect();
         if !rows.is_empty() {
-            rows.push(["the twin itself".to_owned(), shown(None), shown(self.twin_tip_rmse_mm)]);
+            let mark = if self.training.twin.is_some() { ", leads command and track" } else { "" };
+            rows.push([format!("the twin itself{mark}"), shown(None), shown(self.twin_tip_rmse_mm)]);
         }
         rows
     }
 }
 
 /// Whether the best of the controllers that the twin compared can be used; none where it compared none.
-fn judged(candidates: &[CandidateErrors], n_validation: usize) -> Option<Verdict> {
+fn judged(
+    candidates: &[CandidateErrors],
+    twin: Option<&LeadingTwin>,
+    n_validation: usize,
+) -> Option<Verdict> {
     let chosen = candidates.iter().find(|one| one.is_chosen)?;
-    let tip = chosen.tip_rmse_mm?;
+    let of_chosen = chosen.tip_rmse_mm?;
+    let (leader, tip) =
+        twin.map_or((chosen.candidate.name(), of_chosen), |twin| ("twin itself", twin.tip_rmse_mm));
+    let next = match twin {
+        Some(_) => format!(", the {} within {} mm", chosen.candidate.name(), digits(of_chosen)),
+        None => String::new(),
+    };
     let claim = format!(
-        "the {} leads the tip within {} mm on recordings that it did not learn from",
-        chosen.candidate.name(),
+        "the {leader} leads the tip within {} mm on recordings that it did not learn from{next}",
         digits(tip)
     );
     let mut verdict = Verdict::on(claim);
-    let simplest = candidates.first().filter(|one| !one.is_chosen);
+    let simplest = candidates.first().filter(|one| twin.is_some() || !one.is_chosen);
     if let Some((simplest, baseline)) = simplest.and_then(|one| Some((one, one.tip_rmse_mm?))) {
         verdict = verdict.because(
             Criterion::ErrorOverBaseline,

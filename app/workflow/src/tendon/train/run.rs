@@ -11,6 +11,7 @@ use hysteron_report::folder::ReportFolder;
 
 use super::compared::{ComparedController, candidates, training_file};
 use super::judge::Judge;
+use super::leading_twin::leading_twin;
 use super::options::{Options, Weights};
 use super::outcome::Outcome;
 use super::page;
@@ -59,10 +60,12 @@ fn train(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     }
     let is_finished = compared.iter().all(|one| one.fitted.is_finished);
     let chosen = ComparedController::best(&compared);
+    let own_mm = judge.as_ref().and_then(|judge| judge.own_error_mm(&data.validation));
+    let twin = leading_twin(options, judge.as_ref(), compared[chosen].tip_mm, own_mm)?;
     let model = &mut compared[chosen].fitted.model;
     model.training.provenance = Some(context.provenance());
+    model.training.twin = twin;
     model.write(&options.out)?;
-    let own_mm = judge.and_then(|judge| judge.own_error_mm(&data.validation));
     let outcome = Outcome::new(&data, (&compared, chosen, own_mm), &findings, context);
     print(&outcome, context);
     page::write(&ReportFolder { path: &figures, png: false }, &outcome)?;
