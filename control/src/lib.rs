@@ -18,6 +18,7 @@ mod error;
 pub mod inverse;
 pub mod path;
 pub mod plan;
+pub mod repetition;
 pub mod score;
 pub mod shape;
 pub mod split;

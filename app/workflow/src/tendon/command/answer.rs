@@ -12,15 +12,16 @@ pub struct LimitOverrides {
 }
 
 /// Where the tip shall go.
-pub(super) struct Target {
+#[derive(Debug, Clone)]
+pub struct Target {
     /// Times (n_samples) [s].
-    pub(super) time: Vec<f64>,
+    pub time: Vec<f64>,
     /// Duration of a sample [s].
-    pub(super) step: f64,
-    /// Tips (n_samples).
-    pub(super) path: Vec<TipPosition>,
+    pub step: f64,
+    /// Tips (n_samples) [m].
+    pub path: Vec<TipPosition>,
     /// Whether these have a z.
-    pub(super) axes: Axes,
+    pub axes: Axes,
 }
 
 /// Strokes for a path, and the other recorded channels, with an approach before the path and a return after it.

@@ -10,7 +10,7 @@ mod run;
 mod strokes;
 mod twin_strokes;
 
-pub use answer::LimitOverrides;
+pub use answer::{LimitOverrides, Target};
 pub use options::{Options, Way};
 pub use outcome::Outcome;
 pub use run::run;

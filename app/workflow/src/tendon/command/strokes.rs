@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use hysteron_base::{BadInput, Bounds, Channel, Metadata, Recording, Scene, file};
-use hysteron_control::inverse::{Axes, InverseModel};
+use hysteron_control::inverse::{Axes, InverseModel, TipPosition};
 use hysteron_control::path::{PathSpan, is_recording};
 use hysteron_control::{StrokeLimits, TargetPath};
 
@@ -35,7 +35,30 @@ impl Way {
     /// # Errors
     /// Bad input; an interruption; a path that the twin cannot follow.
     pub fn strokes(&self, overrides: &LimitOverrides, context: &Context) -> anyhow::Result<Recording> {
-        let target = read_target(&self.target)?;
+        let target = self.goal()?;
+        self.strokes_led(&target, &target.path, overrides, context)
+    }
+
+    /// The path that the tip shall follow.
+    ///
+    /// # Errors
+    /// Those of reading it.
+    pub fn goal(&self) -> anyhow::Result<Target> {
+        read_target(&self.target)
+    }
+
+    /// Strokes that lead the tip along `led`, so that it follows the path of `goal`; the recording has that one.
+    ///
+    /// # Errors
+    /// As [`Way::strokes`].
+    pub fn strokes_led(
+        &self,
+        goal: &Target,
+        led: &[TipPosition],
+        overrides: &LimitOverrides,
+        context: &Context,
+    ) -> anyhow::Result<Recording> {
+        let target = Target { path: led.to_vec(), ..goal.clone() };
         context.listen();
         let n = target.path.len();
         let bar = context.progress("samples", n, 0);
@@ -71,7 +94,7 @@ impl Way {
         if extrapolating > 0.0 {
             tracing::warn!("{extrapolating:.1} % of the path is outside the training range");
         }
-        recording((self, &finder), &target, answer, context)
+        recording((self, &finder), goal, answer, context)
     }
 }
 

@@ -24,6 +24,9 @@ pub struct Options {
     /// How often the strokes are run
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1, value_parser = crate::shared::number::count::<MAX_REPEATS>))]
     pub repeats: usize,
+    /// Learn from each repeat how to lead the tip in the next (iterative learning control); the repeats are scored one by one
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub learn: bool,
     /// Calibration [default: the file that the rig file names; a virtual rig calibrates itself]
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub calibration: Option<PathBuf>,
