@@ -42,6 +42,7 @@ mod system_limits;
 mod target;
 mod teleoperation;
 #[cfg(unix)]
+mod track;
 mod train;
 mod typed_commands;
 mod verdicts;

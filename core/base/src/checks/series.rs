@@ -8,7 +8,7 @@ use crate::units::Unit;
 /// Prefixes of channels that are commanded or computed, not measured.
 const COMMANDS: [&str; 7] = ["stroke_", "aux_", "goal_", "target_", "twin_", "tick_goal_", "command_"];
 /// Flags that a program writes for a row.
-const FLAGS: [&str; 4] = ["extrapolating", "outside_validation", "limited", "contact"];
+const FLAGS: [&str; 5] = ["extrapolating", "outside_validation", "limited", "contact", "feedback"];
 
 /// True for commands and computed values, which are not measured.
 pub fn is_command(name: &str) -> bool {

@@ -7,8 +7,17 @@ use crate::BadInput;
 use crate::units::Unit;
 
 /// Quantities without unit.
-const UNITLESS: [&str; 8] =
-    ["tip_qw", "tip_qx", "tip_qy", "tip_qz", "extrapolating", "outside_validation", "limited", "contact"];
+const UNITLESS: [&str; 9] = [
+    "tip_qw",
+    "tip_qx",
+    "tip_qy",
+    "tip_qz",
+    "extrapolating",
+    "outside_validation",
+    "limited",
+    "contact",
+    "feedback",
+];
 /// Quantities without unit that are numbered: `tick_goal_1`.
 const UNITLESS_NUMBERED: [&str; 3] = ["tick_goal", "tick_present", "load"];
 /// Families of which every member must be there, because they are used as one vector.

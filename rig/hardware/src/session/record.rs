@@ -6,7 +6,7 @@
 //! short ever has the final name.
 
 use super::align::Aligner;
-use super::{RigSession, RunStats, SETTLE, Stop, Supervisor, tip_rate};
+use super::{RigSession, RunStats, SETTLE, Stop, Supervisor, TipFeedback, tip_rate};
 use crate::calibration::RigCalibration;
 use crate::config::RigConfig;
 use crate::{Error, Event, Result};
@@ -89,6 +89,7 @@ fn channel_names(n: usize, instruments: &[String], with_tip: bool) -> Vec<String
 #[derive(Debug)]
 pub struct RigRecorder {
     tape: JournalTape,
+    feedback: Option<TipFeedback>,
     options: RecordOptions,
     channels: Vec<String>,
 }
@@ -140,7 +141,7 @@ impl RigRecorder {
             events: Vec::new(),
             supervisor: None,
         };
-        Ok(Self { tape, options, channels })
+        Ok(Self { tape, feedback: None, options, channels })
     }
 
     /// Channels of the recording, in the order of its rows.
@@ -152,6 +153,13 @@ impl RigRecorder {
     #[must_use]
     pub fn supervised_by(mut self, supervisor: Box<dyn Supervisor>) -> Self {
         self.tape.supervisor = Some(supervisor);
+        self
+    }
+
+    /// Corrects the strokes by the tip that is measured while they are run.
+    #[must_use]
+    pub fn with_feedback(mut self, feedback: TipFeedback) -> Self {
+        self.feedback = Some(feedback);
         self
     }
 
@@ -180,7 +188,8 @@ impl RigRecorder {
         tape.is_real_time = session.hardware.is_real_time();
         let clocks = |session: &RigSession<'_>| (session.hardware.now(), session.hardware.processor_time());
         let before = clocks(&session);
-        let mut stopped = follow(&mut session, &strokes, tape, stop_requested, progress).err();
+        let feedback = self.feedback.as_mut();
+        let mut stopped = follow(&mut session, (&strokes, feedback), tape, stop_requested, progress).err();
         if let ((start, Some(used_before)), (end, Some(used))) = (before, clocks(&session)) {
             session.stats.processor = Some((used - used_before) / (end - start));
         }
@@ -246,10 +255,10 @@ pub fn free_name(out: &Path, kind: &str) -> PathBuf {
     (1..).map(named).find(|path| !path.exists()).unwrap_or_default()
 }
 
-/// Goes to the first sample and follows them all.
+/// Goes to the first sample and follows them all, corrected by the tip where there is feedback.
 fn follow(
     session: &mut RigSession<'_>,
-    strokes: &[&[f64]],
+    (strokes, mut feedback): (&[&[f64]], Option<&mut TipFeedback>),
     tape: &mut JournalTape,
     stop_requested: &dyn Fn() -> bool,
     progress: &mut dyn FnMut(usize),
@@ -265,6 +274,11 @@ fn follow(
             return Err(session.stop_as_requested());
         }
         target.iter_mut().zip(sample(i)).for_each(|(s, commanded)| *s = commanded);
+        if let Some(feedback) = &mut feedback {
+            let start = tape.start;
+            session.poses.iter().for_each(|pose| feedback.take_pose(pose, pose.time - start));
+            feedback.correct(i, &session.commanded, &mut target);
+        }
         let n_before = session.n_cycles;
         let done = session.cycle(&target);
         // What was measured is kept even if it is what ends the run; what was not is no row.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use hysteron_base::{BadInput, Bounds, Channel, Recording};
 use hysteron_control::{MotionPlan, StrokeLimits};
 use hysteron_rig::config::RigConfig;
+use hysteron_rig::session::{TipFeedback, feedback_channels};
 
 use super::options::Options;
 use super::source::Source;
@@ -14,6 +15,8 @@ use crate::{shared::inputs, shared::plan};
 const AT_REST: f64 = 1e-5;
 /// Metadata key: hash of the file that the strokes are from.
 const STROKES_KEY: &str = "strokes.sha256";
+/// Key of the metadata that says that strokes were corrected by the tip.
+const FEEDBACK_KEY: &str = "strokes.feedback";
 
 /// One trajectory and where its recording goes.
 pub struct Job {
@@ -111,8 +114,14 @@ pub fn of_strokes(options: &Options, source: &Source) -> anyhow::Result<RecordWo
         let channels = strokes.iter().enumerate();
         let channels =
             channels.map(|(k, values)| Channel::new(format!("stroke_{}_m", k + 1), values.to_vec()));
+        let of_feedback = if options.feedback { feedback_channels(rig.tendons.len()) } else { Vec::new() };
+        let is_of_feedback = |channel: &&Channel| of_feedback.contains(&channel.name);
+        let channels = channels.chain(input.recording.channels().iter().filter(is_of_feedback).cloned());
         let mut meta = input.recording.meta().clone();
         meta.extra.insert(STROKES_KEY.to_owned(), input.hash.clone());
+        if options.feedback {
+            meta.extra.insert(FEEDBACK_KEY.to_owned(), "true".to_owned());
+        }
         meta.source = format!("strokes of {}", input.name);
         let time = input.recording.time();
         let time = time.iter().map(|t| t - time[0]).collect();
@@ -124,6 +133,9 @@ pub fn of_strokes(options: &Options, source: &Source) -> anyhow::Result<RecordWo
             out: out_of(options, &input.name),
             name: input.name,
         });
+        if let (true, Some(job)) = (options.feedback, jobs.last()) {
+            TipFeedback::new(&job.commands, rig).map_err(|bad| bad.within(place.to_string()))?;
+        }
     }
     check_out(options, jobs.len(), "give it one recording of strokes")?;
     Ok(RecordWork { name: "strokes".to_owned(), plan_text: None, jobs })
@@ -178,7 +190,7 @@ fn check_done(job: &Job, recording: &Recording, identity: &[(&str, String)]) -> 
     let place = job.out.display().to_string();
     let hint = "a measurement is never overwritten; move it away or choose another --out";
     let key_of = |recording: &Recording| {
-        ["plan.sha256", STROKES_KEY].map(|key| recording.meta().extra.get(key).cloned())
+        ["plan.sha256", STROKES_KEY, FEEDBACK_KEY].map(|key| recording.meta().extra.get(key).cloned())
     };
     let (found, expected) = (key_of(recording), key_of(&job.commands));
     if found != expected || recording.n_samples() < job.commands.n_samples() {

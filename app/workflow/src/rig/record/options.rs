@@ -29,6 +29,10 @@ pub struct Options {
     /// Seed of a virtual rig's noise and of the initial positions of its servos
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1))]
     pub seed: u64,
+    /// Correct the strokes while they are run, by the tip that the tracker measures: slowly, towards the path that --strokes is for
+    /// (hysteron track --feedback writes such strokes)
+    #[cfg_attr(feature = "clap", arg(long, requires = "strokes"))]
+    pub feedback: bool,
     /// Force on a virtual rig's tip over time: a recording of tip_force_x_n, tip_force_y_n, tip_force_z_n, in the robot's
     /// frame; true tensions and force are then recorded too
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
@@ -65,6 +69,7 @@ impl Options {
             only: Vec::new(),
             calibration,
             seed,
+            feedback: false,
             tip_force: None,
             live: None,
             baseline: None,

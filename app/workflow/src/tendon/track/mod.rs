@@ -1,5 +1,6 @@
 //! `hysteron track`: a path, its strokes, the rig, and how closely the tip followed; open loop.
 
+mod feedback;
 mod learning;
 mod options;
 mod outcome;

@@ -27,6 +27,10 @@ pub struct Options {
     /// Learn from each repeat how to lead the tip in the next (iterative learning control); the repeats are scored one by one
     #[cfg_attr(feature = "clap", arg(long))]
     pub learn: bool,
+    /// Correct the strokes while they are run, by the tip that the tracker measures: slowly, so that errors of less than about half a hertz
+    /// go; what was commanded is recorded
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub feedback: bool,
     /// Calibration [default: the file that the rig file names; a virtual rig calibrates itself]
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub calibration: Option<PathBuf>,

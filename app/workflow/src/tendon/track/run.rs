@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use hysteron_actuator::health::{Baseline, Health};
 use hysteron_base::{BadInput, Recording};
+use hysteron_control::inverse::TipPosition;
 use hysteron_control::path::is_recording;
 
+use super::feedback::with_feedback;
 use super::learning::LearnedPath;
 use super::options::Options;
 use super::outcome::{Outcome, Recorded};
@@ -47,19 +49,27 @@ fn follow(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let commanded = options.way.strokes_led(&goal, &led, &overrides, context)?;
     // All are scored together: of every row time, pose and gap, and of every servo stroke, goal, angle and load.
     memory::check_result(&options.out, commanded.n_samples() * options.repeats, 9 + 4 * n_tendons)?;
+    let prepared = |led: &[TipPosition], commanded: Recording| -> anyhow::Result<Recording> {
+        if options.feedback {
+            return with_feedback((&options.way, &goal, led), &commanded, &overrides, context);
+        }
+        Ok(commanded)
+    };
     let (mut tips, mut learned) = (Vec::new(), LearnedPath::new());
     for k in 0..options.repeats {
         let (out, strokes) = (repeat(k), strokes_file(options, k));
         if k == 0 {
+            let commanded = prepared(&led, commanded.clone())?;
             write_strokes(&commanded, &strokes, (0..options.repeats).map(repeat))?;
         } else if options.learn {
             led = learned.next(&goal, led, &repeat(k - 1))?;
             let commanded = options.way.strokes_led(&goal, &led, &overrides, context)?;
-            write_strokes(&commanded, &strokes, [out.clone()].into_iter())?;
+            write_strokes(&prepared(&led, commanded)?, &strokes, [out.clone()].into_iter())?;
         }
         let seed = options.seed.wrapping_add(k as u64);
         let calibration = options.calibration.clone();
-        record::run(&record::Options::of_strokes(&options.rig, &strokes, &out, calibration, seed), context)?;
+        let of_strokes = record::Options::of_strokes(&options.rig, &strokes, &out, calibration, seed);
+        record::run(&record::Options { feedback: options.feedback, ..of_strokes }, context)?;
         tips.push(out);
     }
     let health = Health::of_files(&tips, baseline.as_ref())?;
