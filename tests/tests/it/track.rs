@@ -7,21 +7,21 @@ use hysteron_tests::run;
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../meshes/tpu80/scene.toml");
 
-/// Tracks a circle with a scene that knows nothing of the robot's friction; gives the errors at equal times [m] by repeat.
+/// Tracks a circle with a scene that knows nothing of the robot's friction; gives the errors [m] by repeat.
 fn errors(place: &Path, out: &str, more: &[&str]) -> Vec<f64> {
-    let track = ["track", "--scene", SCENE, "--nominal", "--rig", "virtual:typical", "--target", "circle:20"];
+    let track = ["track", "--scene", SCENE, "--nominal", "--rig", "virtual:typical", "--target", "circle:30"];
     run(place, &[&track[..], &["--out", out], more].concat()).succeeded();
     let metrics = std::fs::read_to_string(place.join(out).join("metrics.json")).unwrap();
     let metrics: serde_json::Value = json::from_text(metrics).unwrap();
     let recordings = metrics["recordings"].as_array().unwrap();
-    recordings.iter().map(|one| one["aligned_rmse_m"].as_f64().unwrap()).collect()
+    recordings.iter().map(|one| one["rmse_m"].as_f64().unwrap()).collect()
 }
 
 #[test]
 fn repeats_teach_where_to_lead_the_tip_and_a_stopped_command_goes_on() {
     let place = tempfile::tempdir().unwrap();
     let found = errors(place.path(), "learned", &["--learn", "--repeats", "3"]);
-    assert!(found[1] < 0.75 * found[0] && found[2] < found[1], "{found:?}");
+    assert!(found[1..].iter().all(|error| *error < 0.6 * found[0]), "{found:?}");
     let read = |name: &str| Recording::read(place.path().join("learned").join(name)).unwrap();
     let [first, second] = ["strokes.parquet", "strokes-2.parquet"].map(read);
     assert_ne!(first.strokes(), second.strokes());
@@ -44,7 +44,7 @@ fn repeats_teach_where_to_lead_the_tip_and_a_stopped_command_goes_on() {
         "--rig",
         "virtual:typical",
         "--target",
-        "circle:20",
+        "circle:30",
         "--out",
         "x",
         "--learn",
@@ -57,7 +57,7 @@ fn feedback_takes_slow_errors_away_within_the_limits_of_the_rig() {
     let place = tempfile::tempdir().unwrap();
     let open = errors(place.path(), "open", &[]);
     let closed = errors(place.path(), "closed", &["--feedback"]);
-    assert!(closed[0] < 0.75 * open[0], "{closed:?} {open:?}");
+    assert!(closed[0] < 0.6 * open[0], "{closed:?} {open:?}");
     // What was commanded is recorded: it differs from the strokes that were found, along the path alone.
     let read = |name: &str| Recording::read(place.path().join("closed").join(name)).unwrap();
     let (found, run_) = (read("strokes.parquet"), read("repeat-1.parquet"));

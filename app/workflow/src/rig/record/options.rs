@@ -31,7 +31,7 @@ pub struct Options {
     pub seed: u64,
     /// Correct the strokes while they are run, by the tip that the tracker measures: slowly, towards the path that --strokes is for
     /// (hysteron track --feedback writes such strokes)
-    #[cfg_attr(feature = "clap", arg(long, requires = "strokes"))]
+    #[cfg_attr(feature = "clap", arg(long))]
     pub feedback: bool,
     /// Force on a virtual rig's tip over time: a recording of tip_force_x_n, tip_force_y_n, tip_force_z_n, in the robot's
     /// frame; true tensions and force are then recorded too

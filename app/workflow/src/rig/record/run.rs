@@ -103,6 +103,13 @@ impl<'a> RecordingPlan<'a> {
         let baseline = options.baseline.as_deref().map(|path| Baseline::read(path, n)).transpose()?;
         let sensing = options.live.as_ref().map(|live| LiveSensing::read(live, n)).transpose()?;
         let work = match &options.plan {
+            Some(plan) if options.feedback => {
+                let hint =
+                    "a plan commands strokes and has no path of the tip; use hysteron track --feedback";
+                return Err(BadInput::new("--feedback", "--strokes", format!("--plan {plan}"))
+                    .hint(hint)
+                    .into());
+            }
             Some(plan) => jobs::of_plan(plan, options, &source)?,
             None => jobs::of_strokes(options, &source)?,
         };
