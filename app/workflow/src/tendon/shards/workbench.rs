@@ -1,0 +1,250 @@
+//! What a worker needs to make shards: the inputs of the set on its own disk, and the twin that they make.
+
+use std::path::{Component, Path, PathBuf};
+
+use hysteron_base::{BadInput, Metadata, Recording, Scene, TrajectoryShard, file, parallel};
+use hysteron_control::{LazyPlan, Trajectory};
+use hysteron_twin::Twin;
+use hysteron_twin::synthetic::SyntheticOutcome;
+use tempfile::TempDir;
+
+use super::manifest::{InputFile, MANIFEST, SetManifest};
+use super::rule::{rows_name, sketch_name};
+use super::sketch::{DataSketch, ShardSketch};
+use crate::COMMIT;
+use crate::shared::memory;
+use crate::shared::network::Network;
+use crate::shared::object_store::{PutOutcome, Store};
+use crate::tendon::generate::{Simulator, reason};
+
+/// The twin of a set, its plan and its manifest.
+pub(super) struct Workbench {
+    pub manifest: SetManifest,
+    plan: LazyPlan,
+    scene: Scene,
+    twin: Twin,
+    network: Option<Network>,
+    folder: TempDir,
+}
+
+/// A shard in memory.
+pub(super) struct BuiltShard {
+    shard: usize,
+    rows: Vec<u8>,
+    sketch: ShardSketch,
+    /// Names and families of trajectories that were skipped, and why.
+    skipped: Vec<SkippedTrajectory>,
+}
+
+/// A trajectory that the twin cannot follow.
+struct SkippedTrajectory {
+    family: String,
+    name: String,
+    why: String,
+}
+
+/// A trajectory that was simulated.
+enum Simulated {
+    Made(u64, String, Recording),
+    Skipped(SkippedTrajectory),
+    Ended,
+}
+
+impl BuiltShard {
+    /// Samples in it.
+    pub fn n_samples(&self) -> u64 {
+        self.sketch.data.samples()
+    }
+}
+
+impl Workbench {
+    /// Reads the manifest and the inputs of a set, and refuses what does not fit.
+    ///
+    /// # Errors
+    /// `BadInput` for another program, or an input that is missing, damaged or not that of the manifest; those of the store.
+    pub fn fetch(store: &Store) -> anyhow::Result<Self> {
+        let manifest = SetManifest::read(store)?;
+        manifest.check_program(store)?;
+        let content = &manifest.content;
+        let folder = tempfile::tempdir()?;
+        let fetch = |input: &InputFile, path: PathBuf| -> anyhow::Result<PathBuf> {
+            file::write_bytes(&path, fetched(store, input)?)?;
+            Ok(path)
+        };
+        // As deep as the mesh's name leads upwards, so that it stays within the folder.
+        let ups = check_relative(&content.mesh.name).map_err(|bad| bad.within(store.place(MANIFEST)))?;
+        let scene_folder = folder.path().join("scene/".repeat(ups + 1));
+        std::fs::create_dir_all(&scene_folder)?;
+        fetch(&content.mesh, scene_folder.join(&content.mesh.name))?;
+        let scene_path = fetch(&content.scene, scene_folder.join("scene.toml"))?;
+        let part = |input: &Option<InputFile>, name: &str| -> anyhow::Result<Option<PathBuf>> {
+            input.as_ref().map(|input| fetch(input, folder.path().join(name))).transpose()
+        };
+        let reduced = part(&content.reduced, "reduced.safetensors")?;
+        let residual = part(&content.residual, "residual.safetensors")?;
+        let scene = Scene::read_with(&scene_path, reduced)?;
+        let differs = |key: &str, expected: &str, found: &str| {
+            BadInput::new(format!("{}: {key}", store.place(MANIFEST)), expected, found)
+                .hint("the manifest does not belong to these inputs: plan again in another place")
+        };
+        if scene.hash != content.scene_sha256 {
+            return Err(differs("scene_sha256", &scene.hash, &content.scene_sha256).into());
+        }
+        let twin = Twin::from_scene(&scene)?;
+        let network = residual.map(|path| Network::read(&path, &scene, &twin)).transpose()?;
+        let text = file::read_text(&fetch(&content.plan, folder.path().join("plan.toml"))?)?;
+        let plan = LazyPlan::from_toml(&text, &store.place(&content.plan.object()))?;
+        let (n, m) = (plan.n_trajectories(), content.rule.trajectories);
+        if n != m {
+            return Err(differs("rule.trajectories", &n.to_string(), &m.to_string()).into());
+        }
+        Ok(Self { plan, scene, twin, network, folder, manifest })
+    }
+
+    fn simulator(&self) -> Simulator<'_> {
+        Simulator {
+            scene: &self.scene,
+            twin: &self.twin,
+            network: self.network.as_ref(),
+            limits: self.plan.limits(),
+            command: &self.manifest.content.command,
+        }
+    }
+
+    /// Builds a shard in memory, its trajectories on all threads; `None` where `go_on`, which is called after each sample, has
+    /// returned false.
+    ///
+    /// # Errors
+    /// Those of the twin but for trajectories that it cannot follow, which are skipped.
+    pub fn build(
+        &self,
+        shard: usize,
+        go_on: &(dyn Fn() -> bool + Sync),
+    ) -> anyhow::Result<Option<BuiltShard>> {
+        let range = self.manifest.content.rule.range(shard);
+        let trajectories =
+            range.map(|k| Ok((k as u64, self.plan.trajectory(k)?))).collect::<anyhow::Result<Vec<_>>>()?;
+        let n_rows = trajectories.iter().map(|(_, one)| one.n_samples()).sum();
+        memory::check_result(Path::new("shard"), n_rows, 5 + 5 * self.twin.n_primary)?;
+        let simulate = |(number, one): &(u64, Trajectory)| self.simulate(*number, one, go_on);
+        let (mut parts, mut families, mut skipped) = (Vec::new(), Vec::new(), Vec::new());
+        for simulated in parallel::try_map(&trajectories, simulate)? {
+            match simulated {
+                Simulated::Made(number, family, recording) => {
+                    parts.push((number, recording));
+                    families.push(family);
+                }
+                Simulated::Skipped(one) => skipped.push(one),
+                Simulated::Ended => return Ok(None),
+            }
+        }
+        let rows = TrajectoryShard::new(self.shared_metadata(), parts)?;
+        let bytes = rows.to_bytes()?;
+        let sketch = self.sketch(shard, (&rows, &bytes), &skipped)?;
+        Ok(Some(BuiltShard { shard, rows: bytes, sketch, skipped }))
+    }
+
+    fn simulate(
+        &self,
+        number: u64,
+        trajectory: &Trajectory,
+        go_on: &(dyn Fn() -> bool + Sync),
+    ) -> anyhow::Result<Simulated> {
+        let family = trajectory.motion.family.name().to_owned();
+        Ok(match self.simulator().run(trajectory, &mut || go_on())? {
+            SyntheticOutcome::Ended => Simulated::Ended,
+            SyntheticOutcome::Made(recording) => Simulated::Made(number, family, recording),
+            SyntheticOutcome::Dropped(sample, why) => {
+                let why = reason(trajectory, sample, &why);
+                tracing::warn!("{}: skipped: {why}", trajectory.name);
+                Simulated::Skipped(SkippedTrajectory { family, name: trajectory.name.clone(), why })
+            }
+        })
+    }
+
+    /// What is true of all trajectories.
+    fn shared_metadata(&self) -> Metadata {
+        let content = &self.manifest.content;
+        Metadata {
+            scene_hash: self.scene.hash.clone(),
+            seed: Some(content.seed),
+            commit: COMMIT.to_owned(),
+            source: format!("twin {}, plan {}", self.scene.name, content.plan_name),
+            command: content.command.clone(),
+            extra: [("plan.sha256".to_owned(), content.plan.sha256.clone())].into(),
+        }
+    }
+
+    /// The sketch of the rows of a shard.
+    fn sketch(
+        &self,
+        shard: usize,
+        (rows, bytes): (&TrajectoryShard, &[u8]),
+        skipped: &[SkippedTrajectory],
+    ) -> anyhow::Result<ShardSketch> {
+        let mut data = DataSketch::default();
+        let family =
+            |recording: &Recording| recording.meta().extra.get("plan.family").cloned().unwrap_or_default();
+        let recordings: Vec<(String, &Recording)> =
+            rows.parts().iter().map(|(_, one)| (family(one), one)).collect();
+        data.add(&recordings, self.manifest.content.cell_m)?;
+        skipped.iter().for_each(|one| data.skip(&one.family, &one.name, &one.why));
+        Ok(ShardSketch::new(shard, self.manifest.sha256.clone(), bytes, data))
+    }
+
+    /// Stores a shard: its rows, and then its sketch, with which it is done.
+    ///
+    /// # Errors
+    /// `BadInput` where the manifest was changed meanwhile; those of the store.
+    pub fn store(&self, store: &Store, built: BuiltShard) -> anyhow::Result<PutOutcome> {
+        self.manifest.check_unchanged(store)?;
+        let BuiltShard { shard, rows, sketch, skipped } = built;
+        let name = rows_name(shard);
+        let put = store.put_new(&name, rows)?;
+        let sketch = match put {
+            PutOutcome::Written => sketch,
+            // Another processor may round otherwise: the sketch is that of the rows that are there.
+            PutOutcome::AlreadyThere => {
+                let path = self.folder.path().join("stored.parquet");
+                let bytes = store.get(&name)?.unwrap_or_default();
+                match file::sha256_hex(&bytes) == sketch.rows_sha256 {
+                    true => sketch,
+                    false => {
+                        file::write_bytes(&path, &bytes)?;
+                        let there = TrajectoryShard::read(&path)?;
+                        self.sketch(shard, (&there, &bytes), &skipped)?
+                    }
+                }
+            }
+        };
+        store.put_new(&sketch_name(shard), sketch.to_bytes()?)?;
+        Ok(put)
+    }
+}
+
+/// The bytes of an input, which are those that were planned with.
+fn fetched(store: &Store, input: &InputFile) -> anyhow::Result<Vec<u8>> {
+    let place = store.place(&input.object());
+    let Some(bytes) = store.get(&input.object())? else {
+        let bad = BadInput::new(place, format!("the input {}", input.name), "nothing there");
+        return Err(bad.hint("run the command of `hysteron shards plan` again").into());
+    };
+    let found = file::sha256_hex(&bytes);
+    if found != input.sha256 {
+        let expected = format!("the input {} with the SHA-256 of its name", input.name);
+        return Err(BadInput::new(place, expected, found)
+            .hint("it was changed: delete it and plan again")
+            .into());
+    }
+    Ok(bytes)
+}
+
+/// By how many folders a path leads upwards; one that does not begin at the scene's folder is refused.
+pub(super) fn check_relative(name: &str) -> Result<usize, BadInput> {
+    let path = Path::new(name);
+    if path.is_absolute() || path.file_name().is_none() {
+        return Err(BadInput::new("mesh.file", "a path relative to the scene", name)
+            .hint("workers on other machines have no other folders: put the mesh next to the scene"));
+    }
+    Ok(path.components().filter(|part| *part == Component::ParentDir).count())
+}
