@@ -76,16 +76,20 @@ impl CostEstimate {
 
     /// Prints it.
     pub(super) fn print(&self, context: &Context) {
+        let (time, unit) = match self.core_hours {
+            hours if hours < 1.0 => (60.0 * hours, "core-minutes"),
+            hours => (hours, "core-hours"),
+        };
         context.print(format_args!(
-            "about {:.2} core-hours and {:.3} GB ({:.0} µs and {:.1} bytes a sample, from {} trajectories); 10⁹ samples: {:.0} \
-             core-hours, {:.0} GB",
-            self.core_hours,
+            "about {time:.1} {unit} and {:.3} GB: {:.0} µs and {:.1} bytes a sample, from {} trajectories",
             self.gigabytes,
             1e6 * self.core_s_per_sample,
             self.bytes_per_sample,
             self.trajectories,
-            self.core_hours_per_1e9,
-            self.gigabytes_per_1e9
+        ));
+        context.print(format_args!(
+            "at this rate 10⁹ samples take {:.0} core-hours and {:.0} GB",
+            self.core_hours_per_1e9, self.gigabytes_per_1e9
         ));
     }
 }
