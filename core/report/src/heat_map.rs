@@ -15,6 +15,9 @@ const INDENT: f64 = 4.0;
 const CELLS: usize = 60;
 const SHADES: usize = 16;
 
+/// Cells of a plane, each with its samples.
+pub type CellCount = Vec<([i64; 2], usize)>;
+
 /// Samples counted in square cells.
 pub struct HeatMap {
     /// Name of the file.
@@ -63,7 +66,7 @@ impl HeatMap {
     pub fn of_cells(
         name: impl Into<String>,
         title: impl Into<String>,
-        groups: Vec<(String, Vec<([i64; 2], usize)>)>,
+        groups: Vec<(String, CellCount)>,
         side: f64,
         outline: (&str, PlanePath),
     ) -> Self {
@@ -80,7 +83,7 @@ impl HeatMap {
         let first = edges.map(|[low, high]| (low + high + 1 - per_cell * CELLS as i64).div_euclid(2));
         let half = 0.5 * side * (per_cell * CELLS as i64) as f64;
         let middle = first.map(|first| side * first as f64 + half);
-        let counted = |(title, cells): (String, Vec<([i64; 2], usize)>)| {
+        let counted = |(title, cells): (String, CellCount)| {
             let mut counts = vec![0; CELLS * CELLS];
             for ([i, j], count) in cells {
                 let at = |cell: i64, first: i64| ((cell - first) / per_cell) as usize;

@@ -251,7 +251,10 @@ fn explained(error: Error, place: &str) -> anyhow::Error {
     let kind = sources.find_map(|source| source.downcast_ref::<std::io::Error>()).map(std::io::Error::kind);
     let is_full = matches!(kind, Some(std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded));
     let says = |words: &[&str]| words.iter().any(|word| text.contains(word));
-    let bad = |expected: &str, hint: &str| BadInput::new(place, expected, &*text).hint(hint).into();
+    // Stores answer in XML; its code says what is wrong, the rest is about the request.
+    let code = text.split_once("<Code>").and_then(|(_, rest)| rest.split_once("</Code>"));
+    let found = code.map_or_else(|| error.to_string(), |(code, _)| code.to_owned());
+    let bad = |expected: &str, hint: &str| BadInput::new(place, expected, &*found).hint(hint).into();
     if is_full {
         let hint =
             "free some, and run the same command again: what is there stays, and nothing is there in part";
@@ -272,7 +275,7 @@ fn explained(error: Error, place: &str) -> anyhow::Error {
     }
     let is_refused = matches!(error, Error::PermissionDenied { .. } | Error::Unauthenticated { .. });
     if is_refused
-        || says(&["InvalidAccessKeyId", "SignatureDoesNotMatch", "InstanceCredential", "169.254.169.254"])
+        || says(&["InvalidAccessKeyId", "SignatureDoesNotMatch", "169.254.169.254", "latest/api/token"])
     {
         let hint = "check AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_REGION; GOOGLE_SERVICE_ACCOUNT; or \
                     AZURE_STORAGE_ACCOUNT_NAME and AZURE_STORAGE_ACCOUNT_KEY";

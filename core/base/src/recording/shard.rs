@@ -185,31 +185,40 @@ fn decode(source: File) -> Check<TrajectoryShard> {
         return Err(BadInput::new("columns", format!("{TRAJECTORY} first"), table.join(", ")));
     }
     let numbers = read(0)?.numbers;
+    let read_rows = |i: usize| -> Check<Vec<f64>> {
+        let values = read(i)?.numbers;
+        match values.len() == numbers.len() {
+            true => Ok(values),
+            false => {
+                let expected = format!("{} rows, as {TRAJECTORY} has", numbers.len());
+                Err(BadInput::new(&table[i], expected, values.len().to_string()))
+            }
+        }
+    };
     let (columns, named) = names::columns(&table[1..].iter().map(String::as_str).collect::<Vec<_>>())?;
     let (mut time, mut gap) = (Vec::new(), Vec::new());
     let mut series: Vec<Vec<f64>> = vec![Vec::new(); named.len()];
     for (i, column) in columns.iter().enumerate() {
-        let values = read(i + 1)?.numbers;
+        let values = read_rows(i + 1)?;
         match column {
             ColumnKind::Time(_) => time = values,
             ColumnKind::Gap => gap = values.iter().map(|flag| *flag != 0.0).collect(),
             ColumnKind::Channel(k, _) => series[*k] = values,
         }
     }
-    let mut parts = Vec::new();
-    let mut start = 0;
+    let named = named.into_iter().zip(series);
+    let channels: Vec<Channel> = named.map(|(channel, values)| Channel { values, ..channel }).collect();
+    let (mut parts, mut start) = (Vec::new(), 0);
     for run in numbers.chunk_by(|a, b| a == b) {
         let rows = start..start + run.len();
         start = rows.end;
-        let channels = named.iter().zip(&series);
-        let channels =
-            channels.map(|(c, values)| Channel::new(c.name.clone(), values[rows.clone()].to_vec()));
         let number = run[0] as u64;
-        let own = own.remove(&number).unwrap_or_default();
         let mut pairs: BTreeMap<String, String> = meta.to_pairs().into_iter().collect();
-        pairs.extend(own);
-        let meta = Metadata::from_pairs(pairs)?;
-        let one = Recording::new(time[rows.clone()].to_vec(), channels.collect(), gap[rows].to_vec(), meta)?;
+        pairs.extend(own.remove(&number).unwrap_or_default());
+        let channels =
+            channels.iter().map(|c| Channel::new(c.name.clone(), c.values[rows.clone()].to_vec())).collect();
+        let gap = gap.get(rows.clone()).map(<[bool]>::to_vec).unwrap_or_default();
+        let one = Recording::new(time[rows].to_vec(), channels, gap, Metadata::from_pairs(pairs)?)?;
         parts.push((number, one));
     }
     TrajectoryShard::new(meta, parts)

@@ -148,7 +148,9 @@ impl SetManifest {
             json::from_text(&bytes).map_err(|error| BadInput::new(&place, FORMAT, error.to_string()))?;
         if (&*content.format, content.version) != (FORMAT, VERSION) {
             let found = format!("{} {}", content.format, content.version);
-            return Err(BadInput::new(place, format!("{FORMAT} {VERSION}"), found).into());
+            return Err(BadInput::new(place, format!("{FORMAT} {VERSION}"), found)
+                .hint("use the program that planned the set")
+                .into());
         }
         let ShardRule { trajectories, shards } = content.rule;
         if !(1..=trajectories).contains(&shards) {

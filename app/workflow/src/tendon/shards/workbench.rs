@@ -67,36 +67,16 @@ impl Workbench {
         manifest.check_program(store)?;
         let content = &manifest.content;
         let folder = tempfile::tempdir()?;
-        let fetch = |input: &InputFile, path: PathBuf| -> anyhow::Result<PathBuf> {
-            file::write_bytes(&path, fetched(store, input)?)?;
-            Ok(path)
-        };
-        // As deep as the mesh's name leads upwards, so that it stays within the folder.
-        let ups = check_relative(&content.mesh.name).map_err(|bad| bad.within(store.place(MANIFEST)))?;
-        let scene_folder = folder.path().join("scene/".repeat(ups + 1));
-        std::fs::create_dir_all(&scene_folder)?;
-        fetch(&content.mesh, scene_folder.join(&content.mesh.name))?;
-        let scene_path = fetch(&content.scene, scene_folder.join("scene.toml"))?;
-        let part = |input: &Option<InputFile>, name: &str| -> anyhow::Result<Option<PathBuf>> {
-            input.as_ref().map(|input| fetch(input, folder.path().join(name))).transpose()
-        };
-        let reduced = part(&content.reduced, "reduced.safetensors")?;
-        let residual = part(&content.residual, "residual.safetensors")?;
-        let scene = Scene::read_with(&scene_path, reduced)?;
-        let differs = |key: &str, expected: &str, found: &str| {
-            BadInput::new(format!("{}: {key}", store.place(MANIFEST)), expected, found)
-                .hint("the manifest does not belong to these inputs: plan again in another place")
-        };
-        if scene.hash != content.scene_sha256 {
-            return Err(differs("scene_sha256", &scene.hash, &content.scene_sha256).into());
-        }
+        let inputs = FetchedInputs { store, folder: folder.path() };
+        let scene = inputs.scene(&manifest)?;
         let twin = Twin::from_scene(&scene)?;
+        let residual = inputs.part(content.residual.as_ref(), "residual.safetensors")?;
         let network = residual.map(|path| Network::read(&path, &scene, &twin)).transpose()?;
-        let text = file::read_text(&fetch(&content.plan, folder.path().join("plan.toml"))?)?;
+        let text = file::read_text(&inputs.stored_at(&content.plan, folder.path().join("plan.toml"))?)?;
         let plan = LazyPlan::from_toml(&text, &store.place(&content.plan.object()))?;
         let (n, m) = (plan.n_trajectories(), content.rule.trajectories);
         if n != m {
-            return Err(differs("rule.trajectories", &n.to_string(), &m.to_string()).into());
+            return Err(differs(store, "rule.trajectories", &n.to_string(), &m.to_string()).into());
         }
         Ok(Self { plan, scene, twin, network, folder, manifest })
     }
@@ -222,21 +202,56 @@ impl Workbench {
     }
 }
 
-/// The bytes of an input, which are those that were planned with.
-fn fetched(store: &Store, input: &InputFile) -> anyhow::Result<Vec<u8>> {
-    let place = store.place(&input.object());
-    let Some(bytes) = store.get(&input.object())? else {
-        let bad = BadInput::new(place, format!("the input {}", input.name), "nothing there");
-        return Err(bad.hint("run the command of `hysteron shards plan` again").into());
-    };
-    let found = file::sha256_hex(&bytes);
-    if found != input.sha256 {
-        let expected = format!("the input {} with the SHA-256 of its name", input.name);
-        return Err(BadInput::new(place, expected, found)
-            .hint("it was changed: delete it and plan again")
-            .into());
+/// Inputs of a set that are read into a folder.
+struct FetchedInputs<'a> {
+    store: &'a Store,
+    folder: &'a Path,
+}
+
+impl FetchedInputs<'_> {
+    /// The scene, with mesh and chain next to it.
+    fn scene(&self, manifest: &SetManifest) -> anyhow::Result<Scene> {
+        let content = &manifest.content;
+        // As deep as the mesh's name leads upwards, so that it stays within the folder.
+        let ups = check_relative(&content.mesh.name).map_err(|bad| bad.within(self.store.place(MANIFEST)))?;
+        let folder = self.folder.join("scene/".repeat(ups + 1));
+        std::fs::create_dir_all(&folder)?;
+        self.stored_at(&content.mesh, folder.join(&content.mesh.name))?;
+        let path = self.stored_at(&content.scene, folder.join("scene.toml"))?;
+        let scene = Scene::read_with(&path, self.part(content.reduced.as_ref(), "reduced.json")?)?;
+        match scene.hash == content.scene_sha256 {
+            true => Ok(scene),
+            false => Err(differs(self.store, "scene_sha256", &scene.hash, &content.scene_sha256).into()),
+        }
     }
-    Ok(bytes)
+
+    /// The file of an input that a set may be without.
+    fn part(&self, input: Option<&InputFile>, name: &str) -> anyhow::Result<Option<PathBuf>> {
+        input.map(|input| self.stored_at(input, self.folder.join(name))).transpose()
+    }
+
+    /// The file of an input, whose bytes are those that the set was planned with.
+    fn stored_at(&self, input: &InputFile, path: PathBuf) -> anyhow::Result<PathBuf> {
+        let place = self.store.place(&input.object());
+        let Some(bytes) = self.store.get(&input.object())? else {
+            let bad = BadInput::new(place, format!("the input {}", input.name), "nothing there");
+            return Err(bad.hint("run the command of `hysteron shards plan` again").into());
+        };
+        let found = file::sha256_hex(&bytes);
+        if found != input.sha256 {
+            let expected = format!("the input {} with the SHA-256 of its name", input.name);
+            let bad = BadInput::new(place, expected, found);
+            return Err(bad.hint("it was changed: delete it and plan again").into());
+        }
+        file::write_bytes(&path, bytes)?;
+        Ok(path)
+    }
+}
+
+/// A value of the manifest that is not that of its inputs.
+fn differs(store: &Store, key: &str, expected: &str, found: &str) -> BadInput {
+    BadInput::new(format!("{}: {key}", store.place(MANIFEST)), expected, found)
+        .hint("the manifest does not belong to these inputs: plan again in another place")
 }
 
 /// By how many folders a path leads upwards; one that does not begin at the scene's folder is refused.
