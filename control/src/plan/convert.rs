@@ -29,7 +29,7 @@ const LONGEST: f64 = 1e5;
 /// Rates at which a robot is commanded [Hz].
 const RATES: [f64; 2] = [1e-2, 1e5];
 
-/// What all trajectories of a plan have in common.
+/// The values that all trajectories of a plan have in common.
 #[derive(Debug, Clone)]
 pub(super) struct PlanHead {
     pub name: String,

@@ -26,7 +26,7 @@ pub struct Store {
     runtime: Runtime,
 }
 
-/// What became of an object that was put.
+/// Whether an object that was put is the first of its name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PutOutcome {
     /// It is there now.

@@ -61,7 +61,7 @@ impl TrajectoryShard {
         Ok(Self { meta, parts })
     }
 
-    /// What is true of all trajectories.
+    /// The metadata of all trajectories.
     pub fn meta(&self) -> &Metadata {
         &self.meta
     }
@@ -227,7 +227,7 @@ fn decode(source: File) -> Check<TrajectoryShard> {
 /// Pairs of each trajectory, by its number.
 type OwnPairs = BTreeMap<u64, Vec<(String, String)>>;
 
-/// What is true of all, and the pairs of each trajectory.
+/// The metadata of all trajectories, and the pairs of each.
 fn provenance(reader: &SerializedFileReader<File>) -> Check<(Metadata, OwnPairs)> {
     let pairs = reader.metadata().file_metadata().key_value_metadata().into_iter().flatten();
     let pairs = pairs.filter(|pair| metadata::is_key(&pair.key));

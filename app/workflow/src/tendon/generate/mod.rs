@@ -13,7 +13,7 @@ pub use options::Options;
 pub(crate) use outcome::tip_of;
 pub use outcome::{Outcome, Scaled, SyntheticTrajectory};
 pub use range::CalibratedRange;
-pub(crate) use rollout::{Simulator, reason};
+pub(crate) use rollout::{TrajectorySimulator, reason};
 pub(crate) use run::default_plan;
 pub use run::run;
 pub use shard::Shard;

@@ -16,7 +16,7 @@ pub(super) const NETWORK: &str = "residual.sha256";
 
 /// The twin that simulates trajectories: uncorrected, or with its residual network.
 #[derive(Clone, Copy)]
-pub(crate) struct Simulator<'a> {
+pub(crate) struct TrajectorySimulator<'a> {
     pub scene: &'a Scene,
     pub twin: &'a Twin,
     pub network: Option<&'a Network>,
@@ -26,7 +26,7 @@ pub(crate) struct Simulator<'a> {
     pub command: &'a str,
 }
 
-impl Simulator<'_> {
+impl TrajectorySimulator<'_> {
     /// The provenance of a trajectory's recording.
     pub fn metadata(&self, trajectory: &Trajectory) -> Metadata {
         let mut meta = trajectory.metadata();

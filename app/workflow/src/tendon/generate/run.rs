@@ -12,7 +12,7 @@ use super::options::Options;
 use super::outcome::{Outcome, Scaled, SyntheticTrajectory};
 use super::page;
 use super::range::CalibratedRange;
-use super::rollout::{NETWORK, Simulator, reason};
+use super::rollout::{NETWORK, TrajectorySimulator, reason};
 use crate::shared::error::Cancelled;
 use crate::shared::network::Network;
 use crate::shared::outputs::Outputs;
@@ -52,7 +52,7 @@ fn generate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         let expected = format!("at most {n_trajectories} parts, the trajectories of plan {}", plan.name);
         return Err(BadInput::new("--shard", expected, shard.of().to_string()).into());
     }
-    let simulator = Simulator {
+    let simulator = TrajectorySimulator {
         scene: &scene,
         twin: &twin,
         network: network.as_ref(),
@@ -99,7 +99,7 @@ fn generate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
 /// Simulates a trajectory and writes its recording; `None` where it was interrupted.
 fn simulate(
     job: &Job,
-    simulator: &Simulator,
+    simulator: &TrajectorySimulator,
     bar: &dyn Progress,
     context: &Context,
 ) -> anyhow::Result<Option<SyntheticTrajectory>> {

@@ -33,7 +33,7 @@ impl InputFile {
     }
 }
 
-/// What is made, by which program, from what.
+/// The manifest: the program, the inputs, and the rule of the shards.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Manifest {
@@ -78,7 +78,7 @@ pub(super) struct Manifest {
 /// A manifest as it is stored.
 #[derive(Debug, Clone)]
 pub(super) struct SetManifest {
-    /// What it says.
+    /// Its content.
     pub content: Manifest,
     /// SHA-256 of its bytes.
     pub sha256: String,

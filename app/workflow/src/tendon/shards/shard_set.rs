@@ -10,7 +10,7 @@ pub(super) struct ShardSet {
     n: usize,
 }
 
-/// What a listing of a set's objects says.
+/// The state of a set by a listing of its objects.
 #[derive(Debug, Clone)]
 pub(super) struct Listing {
     /// Shards with rows and sketch.

@@ -1,4 +1,4 @@
-//! What a worker needs to make shards: the inputs of the set on its own disk, and the twin that they make.
+//! The workbench of a worker: the inputs of the set on its own disk, and the twin that they make.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -15,7 +15,7 @@ use crate::COMMIT;
 use crate::shared::memory;
 use crate::shared::network::Network;
 use crate::shared::object_store::{PutOutcome, Store};
-use crate::tendon::generate::{Simulator, reason};
+use crate::tendon::generate::{TrajectorySimulator, reason};
 
 /// The twin of a set, its plan and its manifest.
 pub(super) struct Workbench {
@@ -44,7 +44,7 @@ struct SkippedTrajectory {
 }
 
 /// A trajectory that was simulated.
-enum Simulated {
+enum SimulatedTrajectory {
     Made(u64, String, Recording),
     Skipped(SkippedTrajectory),
     Ended,
@@ -81,8 +81,8 @@ impl Workbench {
         Ok(Self { plan, scene, twin, network, folder, manifest })
     }
 
-    fn simulator(&self) -> Simulator<'_> {
-        Simulator {
+    fn simulator(&self) -> TrajectorySimulator<'_> {
+        TrajectorySimulator {
             scene: &self.scene,
             twin: &self.twin,
             network: self.network.as_ref(),
@@ -110,12 +110,12 @@ impl Workbench {
         let (mut parts, mut families, mut skipped) = (Vec::new(), Vec::new(), Vec::new());
         for simulated in parallel::try_map(&trajectories, simulate)? {
             match simulated {
-                Simulated::Made(number, family, recording) => {
+                SimulatedTrajectory::Made(number, family, recording) => {
                     parts.push((number, recording));
                     families.push(family);
                 }
-                Simulated::Skipped(one) => skipped.push(one),
-                Simulated::Ended => return Ok(None),
+                SimulatedTrajectory::Skipped(one) => skipped.push(one),
+                SimulatedTrajectory::Ended => return Ok(None),
             }
         }
         let rows = TrajectoryShard::new(self.shared_metadata(), parts)?;
@@ -129,20 +129,20 @@ impl Workbench {
         number: u64,
         trajectory: &Trajectory,
         go_on: &(dyn Fn() -> bool + Sync),
-    ) -> anyhow::Result<Simulated> {
+    ) -> anyhow::Result<SimulatedTrajectory> {
         let family = trajectory.motion.family.name().to_owned();
         Ok(match self.simulator().run(trajectory, &mut || go_on())? {
-            SyntheticOutcome::Ended => Simulated::Ended,
-            SyntheticOutcome::Made(recording) => Simulated::Made(number, family, recording),
+            SyntheticOutcome::Ended => SimulatedTrajectory::Ended,
+            SyntheticOutcome::Made(recording) => SimulatedTrajectory::Made(number, family, recording),
             SyntheticOutcome::Dropped(sample, why) => {
                 let why = reason(trajectory, sample, &why);
                 tracing::warn!("{}: skipped: {why}", trajectory.name);
-                Simulated::Skipped(SkippedTrajectory { family, name: trajectory.name.clone(), why })
+                SimulatedTrajectory::Skipped(SkippedTrajectory { family, name: trajectory.name.clone(), why })
             }
         })
     }
 
-    /// What is true of all trajectories.
+    /// The metadata of all trajectories.
     fn shared_metadata(&self) -> Metadata {
         let content = &self.manifest.content;
         Metadata {

@@ -1,4 +1,4 @@
-//! What a set will take, estimated from a few of its trajectories.
+//! Time and size of a set, estimated from a few of its trajectories.
 
 use std::time::Instant;
 
@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Context;
-use crate::tendon::generate::Simulator;
+use crate::tendon::generate::TrajectorySimulator;
 
 /// Samples by which sets are compared.
 const COMPARED: f64 = 1e9;
@@ -38,7 +38,7 @@ pub struct CostEstimate {
 impl CostEstimate {
     /// Simulates `n` trajectories, spread over the plan, one after the other; `None` where there is none that the twin can follow.
     pub(super) fn measured(
-        simulator: &Simulator,
+        simulator: &TrajectorySimulator,
         plan: &LazyPlan,
         (n, n_samples): (usize, u64),
         context: &Context,

@@ -13,7 +13,7 @@ use crate::shared::error::Cancelled;
 use crate::shared::network::Network;
 use crate::shared::object_store::{PutOutcome, Store};
 use crate::shared::plan;
-use crate::tendon::generate::{Simulator, default_plan};
+use crate::tendon::generate::{TrajectorySimulator, default_plan};
 use crate::tendon::shards::manifest::{FORMAT, InputFile, Manifest, PROGRAM, SetManifest, VERSION};
 use crate::tendon::shards::rule::ShardRule;
 use crate::tendon::shards::workbench::check_relative;
@@ -49,7 +49,7 @@ fn planned(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let mesh_name = mesh_name(&options.scene, &scene)?;
     let store = Store::create(&options.to)?;
     context.listen();
-    let simulator = Simulator {
+    let simulator = TrajectorySimulator {
         scene: &scene,
         twin: &twin,
         network: network.as_ref(),
