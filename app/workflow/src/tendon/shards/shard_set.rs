@@ -41,11 +41,6 @@ impl ShardSet {
         shard < self.n && self.bits[shard / 64] >> (shard % 64) & 1 == 1
     }
 
-    /// Number of shards that can be in it.
-    pub fn n(&self) -> usize {
-        self.n
-    }
-
     /// Number of shards in it.
     pub fn len(&self) -> usize {
         self.bits.iter().map(|word| word.count_ones() as usize).sum()
