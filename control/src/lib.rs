@@ -26,4 +26,4 @@ pub mod tracking;
 
 pub use error::{Error, Result};
 pub use path::TargetPath;
-pub use plan::{MotionPlan, StrokeLimits, Trajectory};
+pub use plan::{LazyPlan, MotionPlan, StrokeLimits, Trajectory};

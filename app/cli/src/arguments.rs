@@ -101,6 +101,7 @@ pub enum Verb {
     Adapt(hysteron_workflow::tendon::adapt::Options),
     #[command(after_help = include_str!("help/generate.txt"))]
     Generate(hysteron_workflow::tendon::generate::Options),
+    Shards(crate::shards::Arguments),
     #[command(after_help = include_str!("help/target.txt"))]
     Target(hysteron_workflow::tendon::target::Options),
     #[command(after_help = include_str!("help/evaluate.txt"))]

@@ -14,6 +14,7 @@ mod limits;
 mod manual;
 mod progress;
 mod rig;
+mod shards;
 mod study;
 mod terminal;
 
@@ -123,6 +124,7 @@ fn run(program: &Program, invocation: &Invocation, context: &Context) -> anyhow:
         Verb::Generate(options) => Printed::new(&workflow::tendon::generate::run(options, context)?),
         Verb::Target(options) => Printed::new(&workflow::tendon::target::run(options, context)?),
         Verb::Evaluate(options) => Printed::new(&workflow::tendon::evaluate::run(options, context)?),
+        Verb::Shards(arguments) => shards::run(arguments, context),
         Verb::Train(options) => Printed::new(&workflow::tendon::train::run(options, context)?),
         Verb::Command(options) => Printed::new(&workflow::tendon::command::run(options, context)?),
         Verb::Track(options) => Printed::new(&workflow::tendon::track::run(options, context)?),

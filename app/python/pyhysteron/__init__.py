@@ -13,7 +13,7 @@ returns its outcome. All numbers are SI: m, N, s, rad; arguments that are not ca
 
 from __future__ import annotations
 
-from . import arm, outcomes, rig, study
+from . import arm, outcomes, rig, shards, study
 from ._errors import BadInput, Cancelled, Error, Failed
 from ._pyhysteron import (
     COMMIT,
@@ -84,6 +84,7 @@ __all__ = [
     "reduce",
     "rig",
     "sense",
+    "shards",
     "simulate",
     "study",
     "target",

@@ -1,6 +1,6 @@
 //! The one conversion from what was typed to what is valid, and every bound of a plan.
 
-use super::draw::drawn;
+use super::draw::{check_draw, one};
 use super::schema::FamilyName as Typed;
 use super::{
     CurveMotion, Direction, Envelope, Family, MotionPlan, Space, StrokeLimits, TendonMapping, Trajectory,
@@ -10,6 +10,7 @@ use hysteron_base::schema::{between, check_header, finite, not_negative, positiv
 use hysteron_base::size::{check_at_most, check_memory};
 use hysteron_base::{BadInput, Bounds, rng};
 use rand::RngExt;
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_2;
 
@@ -21,14 +22,32 @@ const MAX_SAMPLES: f64 = 1e7;
 const MAX_STROKES: f64 = 4e7;
 const MAX_TRAJECTORIES: usize = 10_000;
 const MAX_TENDONS: usize = 100;
+/// Most trajectories of one draw, more than a person means.
+const MAX_COUNT: i64 = 10_000;
 /// Longest stroke [mm] and fastest change [mm/s], in either direction.
 const LONGEST: f64 = 1e5;
 /// Rates at which a robot is commanded [Hz].
 const RATES: [f64; 2] = [1e-2, 1e5];
 
-pub(super) fn plan(typed: schema::PlanFile, hash: String) -> Check<MotionPlan> {
+/// The values that all trajectories of a plan have in common.
+#[derive(Debug, Clone)]
+pub(super) struct PlanHead {
+    pub name: String,
+    pub seed: u64,
+    pub hash: String,
+    pub limits: StrokeLimits,
+    pub space: Space,
+    scale: f64,
+    vary: f64,
+    rest_before: f64,
+    rest_after: f64,
+    rate_hz: f64,
+    pub tendons: TendonMapping,
+}
+
+pub(super) fn head(typed: &schema::PlanFile, hash: String) -> Check<PlanHead> {
     check_header((&typed.format, typed.version), FORMAT)?;
-    let name = text("name", typed.name)?;
+    let name = text("name", typed.name.clone())?;
     let rate_hz = between("rate_hz", typed.rate_hz, RATES)?;
     let scale = positive("scale", typed.scale.unwrap_or(1.0))?;
     let vary = typed.vary.unwrap_or(0.0);
@@ -57,44 +76,63 @@ pub(super) fn plan(typed: schema::PlanFile, hash: String) -> Check<MotionPlan> {
         stroke: Bounds { min: -stroke_max, max: stroke_max },
         stroke_rate: between("stroke_rate_max_mm_s", typed.stroke_rate_max_mm_s, [1e-6, LONGEST])?,
     };
-    let mut all = typed.trajectory;
+    let (seed, space) = (typed.seed, typed.space);
+    Ok(PlanHead { name, seed, hash, limits, space, scale, vary, rest_before, rest_after, rate_hz, tendons })
+}
+
+pub(super) fn plan(typed: &schema::PlanFile, hash: String) -> Check<MotionPlan> {
+    let head = head(typed, hash)?;
+    let mut all: Vec<Cow<schema::TrajectoryTable>> = typed.trajectory.iter().map(Cow::Borrowed).collect();
     for (i, draw) in typed.draw.iter().enumerate() {
         check_trajectories(all.len().saturating_add(usize::try_from(draw.count).unwrap_or(0)))?;
-        all.extend(drawn(i, draw, typed.seed)?);
+        let n = check_draw(i, draw, MAX_COUNT)?;
+        all.extend((0..n).map(|k| Cow::Owned(one(draw, head.seed, k, n))));
     }
     check_trajectories(all.len())?;
-    if all.is_empty() {
-        return Err(BadInput::new("trajectory", "at least one [[trajectory]] or [[draw]]", "none"));
-    }
+    check_not_empty(all.len())?;
     let mut trajectories: Vec<Trajectory> = Vec::new();
     let mut names = HashSet::new();
     for (i, typed_one) in all.into_iter().enumerate() {
         let key = format!("trajectory[{}].name", i + 1);
         let own = file_name(&key, &typed_one.name)?;
-        if !names.insert(own.clone()) {
-            return Err(BadInput::new(key, "a unique name", format!("\"{own}\" again")));
+        if !names.insert(own) {
+            return Err(BadInput::new(key, "a unique name", format!("\"{}\" again", typed_one.name)));
         }
-        let mut motion = motion(&own, &typed_one, scale)?;
-        vary_by(vary, &mut motion, typed.seed, &own);
-        let trajectory = Trajectory {
-            name: own,
-            role: typed_one.role,
-            space: typed.space,
-            motion,
-            rest_before,
-            rest_after,
-            rate_hz,
-            tendons: tendons.clone(),
-            plan_name: name.clone(),
-            plan_hash: hash.clone(),
-            seed: typed.seed,
-        };
-        check_sampling(&trajectory)?;
-        trajectories.push(trajectory);
+        trajectories.push(trajectory(&head, &typed_one)?);
     }
-    check_size(&trajectories, tendons.angles.len())?;
+    check_size(&trajectories, head.tendons.angles.len())?;
     check_roles(&trajectories)?;
-    Ok(MotionPlan { name, seed: typed.seed, hash, limits, trajectories })
+    let PlanHead { name, seed, hash, limits, .. } = head;
+    Ok(MotionPlan { name, seed, hash, limits, trajectories })
+}
+
+/// A trajectory of a plan, valid and in SI; its name was accepted.
+pub(super) fn trajectory(head: &PlanHead, typed: &schema::TrajectoryTable) -> Check<Trajectory> {
+    let mut motion = motion(&typed.name, typed, head.scale)?;
+    vary_by(head.vary, &mut motion, head.seed, &typed.name);
+    let trajectory = Trajectory {
+        name: typed.name.clone(),
+        role: typed.role,
+        space: head.space,
+        motion,
+        rest_before: head.rest_before,
+        rest_after: head.rest_after,
+        rate_hz: head.rate_hz,
+        tendons: head.tendons.clone(),
+        plan_name: head.name.clone(),
+        plan_hash: head.hash.clone(),
+        seed: head.seed,
+    };
+    check_sampling(&trajectory)?;
+    Ok(trajectory)
+}
+
+/// Accepts a plan with a trajectory.
+pub(super) fn check_not_empty(n: usize) -> Check<()> {
+    match n {
+        0 => Err(BadInput::new("trajectory", "at least one [[trajectory]] or [[draw]]", "none")),
+        _ => Ok(()),
+    }
 }
 
 fn angles(typed: &[f64]) -> Check<Vec<f64>> {
@@ -110,7 +148,7 @@ fn angles(typed: &[f64]) -> Check<Vec<f64>> {
 }
 
 /// A name that can be one of a file on any system.
-fn file_name(key: &str, typed: &str) -> Check<String> {
+pub(super) fn file_name(key: &str, typed: &str) -> Check<String> {
     let is_one = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     if typed.is_empty() || typed.len() > 100 || !typed.chars().all(is_one) {
         return Err(BadInput::new(key, "a name of letters, digits, - and _", format!("{typed:?}")));
@@ -268,18 +306,21 @@ fn check_roles(trajectories: &[Trajectory]) -> Check<()> {
     let Some(largest) = training.map(|trajectory| trajectory.motion.amplitude).reduce(f64::max) else {
         return Ok(()); // a plan of checks alone: what they are checked against is elsewhere
     };
-    for Trajectory { name, role, motion, .. } in trajectories {
-        let (is_right, expected) = match role {
-            TrajectoryRole::Training => (true, ""),
-            TrajectoryRole::Validation => (motion.amplitude <= largest, "at most"),
-            TrajectoryRole::OutOfRange => (motion.amplitude > largest, "above"),
-        };
-        if !is_right {
-            let place = format!("trajectory.{name}.amplitude_mm");
-            let expected = format!("{expected} {:.4}, the largest of the training", 1e3 * largest);
-            return Err(BadInput::new(place, expected, format!("{:.4}", 1e3 * motion.amplitude))
-                .hint(format!("change it, or its role {}; scale and vary count", role.name())));
-        }
+    trajectories.iter().try_for_each(|trajectory| check_role(trajectory, largest))
+}
+
+/// The same of one trajectory, where the largest amplitude of the training is this [m].
+pub(super) fn check_role(Trajectory { name, role, motion, .. }: &Trajectory, largest: f64) -> Check<()> {
+    let (is_right, expected) = match role {
+        TrajectoryRole::Training => (true, ""),
+        TrajectoryRole::Validation => (motion.amplitude <= largest, "at most"),
+        TrajectoryRole::OutOfRange => (motion.amplitude > largest, "above"),
+    };
+    if is_right {
+        return Ok(());
     }
-    Ok(())
+    let place = format!("trajectory.{name}.amplitude_mm");
+    let expected = format!("{expected} {:.4}, the largest of the training", 1e3 * largest);
+    Err(BadInput::new(place, expected, format!("{:.4}", 1e3 * motion.amplitude))
+        .hint(format!("change it, or its role {}; scale and vary count", role.name())))
 }

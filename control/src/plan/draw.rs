@@ -10,14 +10,10 @@ use hysteron_base::schema::{FixedArray, count};
 use hysteron_base::{BadInput, rng};
 use rand::RngExt;
 
-/// More than a person means.
-const MAX_COUNT: i64 = 10_000;
-
-/// The trajectories of the `index`-th draw of a plan with this seed, called NAME-1, NAME-2, …. Each has a random
-/// stream of its own, by its name.
-pub(super) fn drawn(index: usize, draw: &Draw, seed: u64) -> Result<Vec<TrajectoryTable>, BadInput> {
+/// How many trajectories the `index`-th draw of a plan has, at most `most`; its ranges are accepted with it.
+pub(super) fn check_draw(index: usize, draw: &Draw, most: i64) -> Result<usize, BadInput> {
     let key = |key: &str| format!("draw[{}].{key}", index + 1);
-    let n = count(&key("count"), draw.count, MAX_COUNT)?;
+    let n = count(&key("count"), draw.count, most)?;
     let ranges = [
         ("amplitude_mm", Some(draw.amplitude_mm)),
         ("period_s", Some(draw.period_s)),
@@ -45,11 +41,11 @@ pub(super) fn drawn(index: usize, draw: &Draw, seed: u64) -> Result<Vec<Trajecto
         }
         _ => {}
     }
-    Ok((0..n).map(|k| one(draw, seed, k, n)).collect())
+    Ok(n)
 }
 
-/// The `k`-th of `n`.
-fn one(draw: &Draw, seed: u64, k: usize, n: usize) -> TrajectoryTable {
+/// The `k`-th of the `n` trajectories of a draw, called NAME-1, NAME-2, …. Each has a random stream of its own, by its name.
+pub(super) fn one(draw: &Draw, seed: u64, k: usize, n: usize) -> TrajectoryTable {
     let name = format!("{}-{}", draw.name, k + 1);
     let mut stream = rng(seed, &format!("plan/draw/{name}"));
     let mut part = || stream.random_range(0.0..1.0);

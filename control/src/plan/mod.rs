@@ -7,6 +7,7 @@
 mod convert;
 mod draw;
 mod envelope;
+mod lazy;
 mod limits;
 mod motion;
 mod schema;
@@ -18,6 +19,7 @@ use std::path::Path;
 
 pub use envelope::Envelope;
 pub(crate) use envelope::rise;
+pub use lazy::LazyPlan;
 pub use limits::StrokeLimits;
 pub use motion::{CurveMotion, Direction, Family};
 pub use trajectory::{Space, TendonMapping, Trajectory, TrajectoryRole};
@@ -66,7 +68,7 @@ impl MotionPlan {
 
     fn checked(text: &str) -> Result<Self> {
         let typed: schema::PlanFile = hysteron_base::schema::parse(text)?;
-        let plan = convert::plan(typed, file::sha256_hex(text.as_bytes()))?;
+        let plan = convert::plan(&typed, file::sha256_hex(text.as_bytes()))?;
         // Strokes for a way of the tip are held within the limits when they are found.
         if plan.space() == Space::Tendons {
             plan.check(&plan.limits)?;

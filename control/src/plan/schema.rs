@@ -29,7 +29,7 @@ pub(super) struct PlanFile {
     pub draw: Vec<Draw>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct TrajectoryTable {
     pub name: String,

@@ -41,6 +41,7 @@ pub use error::{BadInput, Error, Result};
 pub use lock::{Lock, abandon_outputs};
 pub use recording::{
     Channel, Journal, JournalFile, JournalQueue, JournalWriter, MAX_CHANNELS, Metadata, Recording,
+    TrajectoryShard,
 };
 pub use rng::{normal, rng};
 pub use scene::{

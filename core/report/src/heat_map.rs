@@ -15,6 +15,9 @@ const INDENT: f64 = 4.0;
 const CELLS: usize = 60;
 const SHADES: usize = 16;
 
+/// Cells of a plane, each with its samples.
+pub type CellCount = Vec<([i64; 2], usize)>;
+
 /// Samples counted in square cells.
 pub struct HeatMap {
     /// Name of the file.
@@ -51,14 +54,57 @@ impl HeatMap {
         (outline_name, outline): (&str, PlanePath),
     ) -> Self {
         let (middle, half) = square_around(groups.iter().flat_map(|(_, points)| points));
-        let groups: Vec<HeatMapGroup> = groups
+        let groups = groups
             .into_iter()
             .map(|(title, points)| HeatMapGroup { title, counts: counted(&points, middle, half) })
             .collect();
+        Self::of_groups((name.into(), title.into()), groups, (middle, half), (outline_name, outline))
+    }
+
+    /// Samples that are counted already: of each group, with its title, the cells (i, j) and their samples; a cell reaches from i
+    /// and j to i + 1 and j + 1 times its side [mm]. Where they are too small to be drawn, several are drawn as one.
+    pub fn of_cells(
+        name: impl Into<String>,
+        title: impl Into<String>,
+        groups: Vec<(String, CellCount)>,
+        side: f64,
+        outline: (&str, PlanePath),
+    ) -> Self {
+        let edges = [0, 1].map(|axis| {
+            let along = groups.iter().flat_map(|(_, cells)| cells.iter().map(move |(cell, _)| cell[axis]));
+            along.fold(None, |found: Option<[i64; 2]>, at| {
+                Some(found.map_or([at, at], |[low, high]| [low.min(at), high.max(at)]))
+            })
+        });
+        let edges = edges.map(|found| found.unwrap_or([0, 0]));
+        let widest = edges.iter().map(|[low, high]| high - low + 1).max().unwrap_or(1);
+        // Cells of the figure are so many of these wide; the square begins where one of them does.
+        let per_cell = widest.div_euclid(CELLS as i64) + 1;
+        let first = edges.map(|[low, high]| (low + high + 1 - per_cell * CELLS as i64).div_euclid(2));
+        let half = 0.5 * side * (per_cell * CELLS as i64) as f64;
+        let middle = first.map(|first| side * first as f64 + half);
+        let counted = |(title, cells): (String, CellCount)| {
+            let mut counts = vec![0; CELLS * CELLS];
+            for ([i, j], count) in cells {
+                let at = |cell: i64, first: i64| ((cell - first) / per_cell) as usize;
+                counts[at(j, first[1]) * CELLS + at(i, first[0])] += count;
+            }
+            HeatMapGroup { title, counts }
+        };
+        let groups = groups.into_iter().map(counted).collect();
+        Self::of_groups((name.into(), title.into()), groups, (middle, half), outline)
+    }
+
+    fn of_groups(
+        (name, title): (String, String),
+        groups: Vec<HeatMapGroup>,
+        (middle, half): ([f64; 2], f64),
+        (outline_name, outline): (&str, PlanePath),
+    ) -> Self {
         let most = groups.iter().flat_map(|group| &group.counts).max().map_or(1.0, |most| *most as f64);
         Self {
-            name: name.into(),
-            title: title.into(),
+            name,
+            title,
             caption: String::new(),
             outline_name: outline_name.to_owned(),
             outline,
@@ -171,5 +217,19 @@ mod tests {
         assert_eq!(counts.iter().sum::<usize>(), 4);
         assert_eq!((counts[0], counts[CELLS * CELLS - 1]), (1, 2));
         assert_eq!(counts[CELLS / 4 * CELLS + CELLS / 2], 1);
+    }
+
+    #[test]
+    fn counted_cells_lie_where_their_samples_do() {
+        for far in [1, 29, 30, 31, 200] {
+            let cells = vec![([-far, 0], 2), ([far, 3], 5), ([0, -1], 1)];
+            let map = HeatMap::of_cells("a", "a", vec![("all".into(), cells)], 0.5, ("line", vec![]));
+            let counts = &map.groups[0].counts;
+            assert_eq!(counts.iter().sum::<usize>(), 8);
+            // The middle of the rightmost cell is in the cell of the figure that has its samples.
+            let at = |x: f64, middle: f64| ((x - middle + map.half) / map.cell()) as usize;
+            let right = [0.5 * (far as f64 + 0.5), 0.5 * 3.5];
+            assert_eq!(counts[at(right[1], map.middle[1]) * CELLS + at(right[0], map.middle[0])], 5, "{far}");
+        }
     }
 }

@@ -128,6 +128,8 @@ fn verbs_of_tendon_robots_end_when_asked() {
     let record =
         ["record", "--rig", "virtual:typical", "--plan", "quick", "--only", "circle", "--out", "data"];
     place.run(&record).succeeded();
+    let shards = ["shards", "plan", "scene.toml", "--plan", "roses", "--to", "set", "--measure", "0"];
+    place.run(&shards).succeeded();
     all_stopped(
         place.path(),
         &[
@@ -137,6 +139,7 @@ fn verbs_of_tendon_robots_end_when_asked() {
             "fit-material scene.toml data --every-mm 0.1 --out d.toml",
             "identify scene-coreact.toml data --out e",
             "generate scene.toml --plan roses --out f",
+            "shards work set",
             "command --scene scene.toml --target goals.csv --out h.csv",
             "track --rig virtual:typical --scene scene.toml --nominal --target circle:20 --out i --repeats 20",
         ],

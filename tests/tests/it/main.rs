@@ -35,6 +35,7 @@ mod reports;
 mod repository;
 mod sense;
 mod servo_health;
+mod shards;
 mod simulate;
 mod study;
 #[cfg(target_os = "linux")]

@@ -75,8 +75,9 @@ const OPTIONS: [(&str, &str, Names); 45] = [
 /// Options that name outputs, by the end of their names in a manual page.
 const OUTPUTS: [&str; 6] = ["--out", "--figures", "--vtu", "--save-state", "--dir", "--drive-out"];
 /// Verbs whose outputs other tests try: they need hardware, an emulator, or a network that takes long to train.
-const ELSEWHERE: [&str; 14] = [
+const ELSEWHERE: [&str; 15] = [
     "sense",
+    "shards-merge",
     "identify-servo",
     "rig-emulate",
     "rig-recover",

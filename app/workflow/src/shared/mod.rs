@@ -14,6 +14,7 @@ pub(crate) mod locking;
 pub(crate) mod memory;
 pub(crate) mod network;
 pub mod number;
+pub(crate) mod object_store;
 pub mod outcome;
 pub mod outputs;
 pub(crate) mod paper_design;

@@ -65,8 +65,12 @@ pub fn angles_of(scene: &Scene) -> Vec<f64> {
 /// Refuses a plan made for other tendons than those of `robot`, which run at `angles` [rad].
 pub fn check_tendons(plan: &MotionPlan, angles: &[f64], robot: &str) -> Result<(), BadInput> {
     let Some(trajectory) = plan.trajectories().first() else { return Ok(()) };
-    let planned = &trajectory.tendons.angles;
-    let place = format!("plan {}: tendon_angles_deg", plan.name);
+    check_angles(&plan.name, &trajectory.tendons.angles, angles, robot)
+}
+
+/// Refuses the tendons of the plan `plan`, at the angles `planned` [rad], as [`check_tendons`] does.
+pub fn check_angles(plan: &str, planned: &[f64], angles: &[f64], robot: &str) -> Result<(), BadInput> {
+    let place = format!("plan {plan}: tendon_angles_deg");
     if planned.len() != angles.len() {
         let expected = format!("{} tendons, as {robot} has", angles.len());
         return Err(BadInput::new(place, expected, planned.len().to_string()));

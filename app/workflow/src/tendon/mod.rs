@@ -13,6 +13,7 @@ pub mod mesh;
 pub mod reach;
 pub mod reduce;
 pub mod sense;
+pub mod shards;
 pub mod simulate;
 pub mod target;
 pub mod track;

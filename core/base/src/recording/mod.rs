@@ -16,6 +16,7 @@ mod pages;
 pub(crate) mod parquet;
 pub(crate) mod parquet_column;
 mod parquet_damage;
+mod shard;
 
 use crate::size::check_memory;
 use crate::{BadInput, Result, file};
@@ -23,6 +24,7 @@ pub use journal::{Journal, JournalFile, JournalWriter};
 pub use journal_queue::JournalQueue;
 pub use metadata::Metadata;
 pub use names::MAX_CHANNELS;
+pub use shard::TrajectoryShard;
 use std::path::Path;
 
 /// Format that every recording file states.

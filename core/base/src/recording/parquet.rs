@@ -1,4 +1,5 @@
-//! Recordings as Parquet, for programs; with `table/parquet.rs` the only module that knows the `parquet` crate.
+//! Recordings as Parquet, for programs; with `shard.rs` and `table/parquet.rs` the only module that knows the
+//! `parquet` crate.
 //!
 //! One required `DOUBLE` column per series and a `BOOLEAN` column `gap`, one row group, Snappy, metadata as
 //! key-value pairs: what pyarrow, and pandas through it, read as they find it. Nothing in the file depends on the

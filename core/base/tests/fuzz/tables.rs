@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_base::import::{self, ColumnMap, Request};
-use hysteron_base::{Metadata, Table};
+use hysteron_base::{Channel, Metadata, Recording, Table, TrajectoryShard};
 use hysteron_fuzz::text::{slipped, slips};
 use hysteron_fuzz::{Damage, damaged, damages, drive};
 use proptest::prelude::*;
@@ -174,6 +174,27 @@ fn no_damage_to_a_parquet_file_does_harm() {
     let damage = (any::<Index>(), part(), damages());
     drive("table, Parquet", 1000, MEMORY_MAX, damage, |(which, part, damages)| {
         read(case.write(files[which.index(files.len())].damaged(&part, &damages)));
+    });
+}
+
+/// The bytes of a small shard of two trajectories.
+fn shard() -> Vec<u8> {
+    let recording = || {
+        let channel = Channel::new("stroke_1_m", (0..40).map(|i| 1e-3 * f64::from(i).sin()).collect());
+        Recording::new((0..40).map(f64::from).collect(), vec![channel], vec![], Metadata::default()).unwrap()
+    };
+    let parts = vec![(3, recording()), (4, recording())];
+    TrajectoryShard::new(Metadata::default(), parts).unwrap().to_bytes().unwrap()
+}
+
+#[test]
+fn no_damage_to_a_shard_does_harm() {
+    let pages = Pages::of(shard());
+    let case = Case::new("a.parquet");
+    drive("shard, Parquet", 1000, MEMORY_MAX, (part(), damages()), |(part, damages)| {
+        if let Err(error) = TrajectoryShard::read(case.write(pages.damaged(&part, &damages))) {
+            refused_by_base(&error);
+        }
     });
 }
 

@@ -11,7 +11,7 @@ use schemars::{Schema, SchemaGenerator};
 use super::Outcome;
 use crate::tendon::{
     adapt, check, command, evaluate, fit_material, fit_residual, fit_sensor, generate, identify, mesh,
-    reduce, sense, target, track, train,
+    reduce, sense, shards, target, track, train,
 };
 use crate::{arm, import, rig, rig::record, shared::run};
 
@@ -43,10 +43,14 @@ impl VerbOutcome {
 }
 
 /// All verbs whose outcome has a type, in the order of the document.
-pub static VERBS: [VerbOutcome; 40] = [
+pub static VERBS: [VerbOutcome; 44] = [
     verb::<run::Outcome>(&["simulate", "reach"]),
     verb::<record::Outcome>(&["record"]),
     verb::<generate::Outcome>(&["generate"]),
+    verb::<shards::plan::Outcome>(&["shards plan"]),
+    verb::<shards::work::Outcome>(&["shards work"]),
+    verb::<shards::status::Outcome>(&["shards status"]),
+    verb::<shards::merge::Outcome>(&["shards merge"]),
     verb::<command::Outcome>(&["command"]),
     verb::<track::Outcome>(&["track"]),
     verb::<evaluate::Outcome>(&["evaluate"]),

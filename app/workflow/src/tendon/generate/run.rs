@@ -1,25 +1,23 @@
 //! The recipe: a plan, the trajectories that are missing, their recordings, their card.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use hysteron_base::{BadInput, Metadata, Recording, Scene, file, parallel};
-use hysteron_control::plan::Space;
-use hysteron_control::{MotionPlan, StrokeLimits, Trajectory};
+use hysteron_control::{MotionPlan, Trajectory};
 use hysteron_report::folder::ReportFolder;
-use hysteron_twin::Error;
 use hysteron_twin::Twin;
-use hysteron_twin::synthetic::{self, RecordedStrokes, StrokeSource, Unphysical, synthesise};
+use hysteron_twin::synthetic::SyntheticOutcome;
 
 use super::options::Options;
 use super::outcome::{Outcome, Scaled, SyntheticTrajectory};
 use super::page;
 use super::range::CalibratedRange;
-use super::steer::Steered;
+use super::rollout::{NETWORK, TrajectorySimulator, reason};
 use crate::shared::error::Cancelled;
-use crate::shared::network::{Network, plant};
+use crate::shared::network::Network;
 use crate::shared::outputs::Outputs;
 use crate::shared::{inputs, memory, plan};
-use crate::{COMMIT, Context, Progress, WorkflowError};
+use crate::{Context, Progress, WorkflowError};
 
 /// Plan that is used where none is named.
 const DEFAULT_PLAN: &str = "synthetic";
@@ -54,11 +52,22 @@ fn generate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         let expected = format!("at most {n_trajectories} parts, the trajectories of plan {}", plan.name);
         return Err(BadInput::new("--shard", expected, shard.of().to_string()).into());
     }
+    let simulator = TrajectorySimulator {
+        scene: &scene,
+        twin: &twin,
+        network: network.as_ref(),
+        limits: plan.limits,
+        command: &context.command,
+    };
     let jobs = plan.trajectories().iter().enumerate();
     let jobs = jobs.filter(|(k, _)| options.shard.is_none_or(|shard| shard.has(*k)));
-    let jobs = jobs.map(|(_, one)| job(options, &scene, network.as_ref(), one, context));
+    let jobs = jobs.map(|(_, trajectory)| Job {
+        trajectory,
+        meta: simulator.metadata(trajectory),
+        out: options.out.join(format!("{}.parquet", trajectory.name)),
+    });
     let (mut rows, mut missing) = (Vec::new(), Vec::new());
-    for job in jobs.collect::<anyhow::Result<Vec<_>>>()? {
+    for job in jobs {
         match there(&job) {
             Some(recording) => rows.push(made(&job, recording)?),
             None => missing.push(job),
@@ -79,7 +88,7 @@ fn generate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     );
     context.listen();
     let bar = context.progress("samples", n_samples, 0);
-    let find = |job: &Job| simulate(job, &twin, network.as_ref(), plan.limits, &*bar, context);
+    let find = |job: &Job| simulate(job, &simulator, &*bar, context);
     let found = parallel::try_map(&missing, find)?;
     bar.finish();
     rows.extend(found.into_iter().flatten());
@@ -90,40 +99,22 @@ fn generate(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
 /// Simulates a trajectory and writes its recording; `None` where it was interrupted.
 fn simulate(
     job: &Job,
-    twin: &Twin,
-    network: Option<&Network>,
-    limits: StrokeLimits,
+    simulator: &TrajectorySimulator,
     bar: &dyn Progress,
     context: &Context,
 ) -> anyhow::Result<Option<SyntheticTrajectory>> {
-    let rate = job.trajectory.rate_hz;
     let mut go_on = || {
         bar.inc(1);
         !context.is_cancelled()
     };
-    let mut plant = plant(network, twin, rate.recip())?;
-    let mut simulate =
-        |drive: &mut dyn StrokeSource| synthesise(twin, &mut *plant, drive, job.meta.clone(), &mut go_on);
-    let coordinates =
-        |point: [f64; 2], strokes: &mut [f64]| job.trajectory.tendons.strokes_into(point, strokes);
-    let simulated = match job.trajectory.space {
-        Space::Tendons => simulate(&mut RecordedStrokes::new(twin, &job.trajectory.commands()?)?)?,
-        Space::Tip => match Steered::new(twin, job.trajectory, &coordinates, limits) {
-            Ok(mut steered) => simulate(&mut steered)?,
-            Err(Error::NoEquilibrium { .. }) => {
-                synthetic::SyntheticOutcome::Dropped(0, Unphysical::NoEquilibrium)
-            }
-            Err(other) => return Err(other.into()),
-        },
-    };
-    Ok(match simulated {
-        synthetic::SyntheticOutcome::Ended => None,
-        synthetic::SyntheticOutcome::Made(recording) => {
+    Ok(match simulator.run(job.trajectory, &mut go_on)? {
+        SyntheticOutcome::Ended => None,
+        SyntheticOutcome::Made(recording) => {
             recording.write(&job.out)?;
             Some(made(job, recording)?)
         }
-        synthetic::SyntheticOutcome::Dropped(sample, why) => {
-            let why = format!("{why} at {:.2} s", sample as f64 / rate);
+        SyntheticOutcome::Dropped(sample, why) => {
+            let why = reason(job.trajectory, sample, &why);
             tracing::warn!("{}: skipped: {why}", job.trajectory.name);
             Some(SyntheticTrajectory::dropped(job.trajectory, why))
         }
@@ -142,7 +133,18 @@ fn planned(
         let (plan, text) = plan::read(named)?;
         return Ok((plan, text, None));
     }
-    let by = options.residual.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
+    default_plan(options.residual.as_deref(), network, real, n_tendons, context)
+}
+
+/// The plan that is used where none is named, within the range that the twin was calibrated on.
+pub(crate) fn default_plan(
+    residual: Option<&Path>,
+    network: Option<&Network>,
+    real: &[inputs::Input],
+    n_tendons: usize,
+    context: &Context,
+) -> anyhow::Result<(MotionPlan, String, Option<Scaled>)> {
+    let by = residual.map(|path| path.display().to_string()).unwrap_or_default();
     let range = network.and_then(|network| CalibratedRange::of_network(network, n_tendons, &by));
     let Some(range) = range.or_else(|| CalibratedRange::of_recordings(real, n_tendons)) else {
         tracing::warn!(
@@ -211,27 +213,6 @@ fn finish(
     context.reported(&options.out);
     Ok(outcome)
 }
-
-fn job<'a>(
-    options: &Options,
-    scene: &Scene,
-    network: Option<&Network>,
-    trajectory: &'a Trajectory,
-    context: &Context,
-) -> anyhow::Result<Job<'a>> {
-    let mut meta = trajectory.metadata();
-    meta.source = format!("twin {}, {}", scene.name, meta.source);
-    meta.scene_hash.clone_from(&scene.hash);
-    meta.commit = COMMIT.to_owned();
-    meta.command = context.command.clone();
-    if let Some(network) = network {
-        meta.extra.insert(NETWORK.to_owned(), network.hash.clone());
-    }
-    Ok(Job { trajectory, meta, out: options.out.join(format!("{}.parquet", trajectory.name)) })
-}
-
-/// Metadata key: hash of the residual network's checkpoint.
-const NETWORK: &str = "residual.sha256";
 
 /// The recording of a trajectory, where it is there from the same plan, scene and network.
 fn there(job: &Job) -> Option<Recording> {
