@@ -364,6 +364,7 @@ def record(
     only: str | Sequence[str] | None = None,
     calibration: PathLike | None = None,
     seed: int | None = None,
+    feedback: bool = False,
     tip_force: PathLike | None = None,
     sensor: PathLike | None = None,
     scene: PathLike | None = None,
@@ -389,6 +390,8 @@ def record(
         only: Only these trajectories of the plan, by name.
         calibration: Calibration [default: the file that the rig file names; a virtual rig calibrates itself].
         seed: Seed of a virtual rig's noise and of the initial positions of its servos. Default: 1.
+        feedback: Correct the strokes while they are run, by the tip that the tracker measures: slowly,
+            towards the path that --strokes is for (hysteron track --feedback writes such strokes).
         tip_force: Force on a virtual rig's tip over time: a recording of tip_force_x_n, tip_force_y_n,
             tip_force_z_n, in the robot's frame; true tensions and force are then recorded too.
         sensor: Force sensor by hysteron fit-sensor: contacts and tensions are estimated while the robot
@@ -418,6 +421,7 @@ def record(
         *options("--only", only, ","),
         *option("--calibration", calibration),
         *option("--seed", seed),
+        *flag("--feedback", feedback),
         *option("--tip-force", tip_force),
         *option("--sensor", sensor),
         *option("--scene", scene),
@@ -1078,6 +1082,8 @@ def track(
     nominal: bool = False,
     network: bool = False,
     repeats: int | None = None,
+    learn: bool = False,
+    feedback: bool = False,
     calibration: PathLike | None = None,
     seed: int | None = None,
     baseline: PathLike | None = None,
@@ -1102,6 +1108,10 @@ def track(
         rig: Rig file, or virtual:PRESET.
         out: Folder to write to.
         repeats: How often the strokes are run. Default: 1.
+        learn: Learn from each repeat how to lead the tip in the next (iterative learning control); the
+            repeats are scored one by one.
+        feedback: Correct the strokes while they are run, by the tip that the tracker measures: slowly, so
+            that errors of less than about half a hertz go; what was commanded is recorded.
         calibration: Calibration [default: the file that the rig file names; a virtual rig calibrates itself].
         seed: Seed of a virtual rig's noise; every repeat has the next one. Default: 1.
         baseline: State of the healthy servos as a baseline: metrics.json of an earlier record or track, or
@@ -1125,6 +1135,8 @@ def track(
         *option("--rig", rig),
         *option("--out", out),
         *option("--repeats", repeats),
+        *flag("--learn", learn),
+        *flag("--feedback", feedback),
         *option("--calibration", calibration),
         *option("--seed", seed),
         *option("--baseline", baseline),
