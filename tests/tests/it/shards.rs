@@ -243,7 +243,6 @@ fn a_million_shards_need_little_memory() {
         let outcome = outcome.succeeded();
         assert!(outcome.stdout.contains("000000 shards"), "{}", outcome.stdout);
         assert!(megabytes < 200, "{arguments:?}: {megabytes} MB");
-        println!("{}: {megabytes} MB", arguments[1]);
     }
     assert!(place.read("set/manifest.json").len() < 2000);
 }

@@ -101,7 +101,7 @@ fn ablate(chain: &ChainCommands<'_>, name: &str, targets: &[&str]) -> Result<Rob
     let methods = [
         Some(Strokes::Twin { scene, residual: None }),
         Some(Strokes::Network(&inverse)),
-        paper.as_deref().map(|paper| Strokes::Network(paper)),
+        paper.as_deref().map(Strokes::Network),
         Some(Strokes::Network(&hybrid)),
         Some(steered),
         Some(Strokes::Twin { scene, residual: Some(&adapted) }),
