@@ -53,6 +53,7 @@ __all__ = [
     "ChannelCalibration",
     "ChannelErrors",
     "ChannelRange",
+    "ChannelStatistics",
     "CheckOutcome",
     "CollisionCell",
     "CommandOutcome",
@@ -61,6 +62,7 @@ __all__ = [
     "Comparison",
     "ContactScore",
     "CoreactMetrics",
+    "CostEstimate",
     "Criterion",
     "DataOrigin",
     "DemoOutcome",
@@ -78,6 +80,7 @@ __all__ = [
     "ExactSummary",
     "ExternalTorques",
     "FalseContacts",
+    "FamilySamples",
     "FaultCell",
     "FaultDetectors",
     "Finding",
@@ -155,6 +158,7 @@ __all__ = [
     "PathErrors",
     "PathScore",
     "PathSmoothing",
+    "PlannedInput",
     "Polish",
     "PooledError",
     "PopulationMetrics",
@@ -213,12 +217,17 @@ __all__ = [
     "ServoSummary",
     "Setting",
     "Severity",
+    "ShardsMergeOutcome",
+    "ShardsPlanOutcome",
+    "ShardsStatusOutcome",
+    "ShardsWorkOutcome",
     "SharedTensions",
     "SimulateOutcome",
     "Simulated",
     "SimulatedErrors",
     "SimulatedRow",
     "SimulatedStudy",
+    "SkippedExample",
     "Spread",
     "Stability",
     "StageCommands",
@@ -1219,6 +1228,26 @@ class ChannelRange(_Outcome):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ChannelStatistics(_Outcome):
+    """The values of a channel, in its SI unit."""
+
+    deviation: float
+    """Standard deviation."""
+
+    largest: float
+    """Largest value."""
+
+    mean: float
+    """Mean."""
+
+    quantiles: list[float]
+    """Values that 1, 50 and 99 % of the samples do not pass, good to a sixteenth of themselves."""
+
+    smallest: float
+    """Smallest value."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class CollisionCell(_Outcome):
     """Collisions during motion: table 3 and the receiver operating characteristic."""
 
@@ -1351,6 +1380,35 @@ class CoreactMetrics(_Outcome):
 
     stability: Stability
     """Rollouts on random plans."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CostEstimate(_Outcome):
+    """Time and size of a set, from trajectories that were simulated on one core."""
+
+    bytes_per_sample: float
+    """Size of a sample [byte]."""
+
+    core_hours: float
+    """Time of one core for the set [h]."""
+
+    core_hours_per_1e9: float
+    """Time of one core for 10⁹ samples [h]."""
+
+    core_s_per_sample: float
+    """Time of one core for a sample [s]."""
+
+    gigabytes: float
+    """Size of the set [GB]."""
+
+    gigabytes_per_1e9: float
+    """Size of 10⁹ samples [GB]."""
+
+    samples: int
+    """Their samples."""
+
+    trajectories: int
+    """Trajectories that were simulated."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -1624,6 +1682,20 @@ class FalseContacts(_Outcome):
 
     learned_n: float
     """That threshold [N]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FamilySamples(_Outcome):
+    """Trajectories of a family."""
+
+    made: int
+    """Trajectories in the set."""
+
+    samples: int
+    """Samples."""
+
+    skipped: int
+    """Skipped trajectories."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -3209,6 +3281,17 @@ class PathScore(_Outcome):
 
 
 @dataclass(frozen=True, kw_only=True)
+class PlannedInput(_Outcome):
+    """A file that workers read."""
+
+    name: str
+    """Its name."""
+
+    sha256: str
+    """SHA-256 of its bytes, and its name in the set."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class PooledError(_Outcome):
     """Errors over several holds, compared with rod models."""
 
@@ -4390,6 +4473,173 @@ class Setting(_Outcome):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ShardsMergeOutcome(_Outcome):
+    """The outcome of `shards merge`: the card of a set."""
+
+    area_m2: float
+    """Area that the tip goes over [m²]; convex hull."""
+
+    bytes: int
+    """Size of all rows [byte]."""
+
+    channels: dict[str, ChannelStatistics]
+    """By name of the channel."""
+
+    command: str
+    """The command that made this."""
+
+    commit: str
+    """Commit of the program."""
+
+    complete: bool
+    """Whether all shards are there."""
+
+    dropped: int
+    """Skipped trajectories."""
+
+    extrapolating: float
+    """Part of the samples in which the network left its training range [-]."""
+
+    families: dict[str, FamilySamples]
+    """By family of the motion."""
+
+    format: Literal["hysteron-metrics"]
+    """Format of the file."""
+
+    made: int
+    """Trajectories in the set."""
+
+    manifest_sha256: str
+    """SHA-256 of its manifest."""
+
+    missing: int
+    """Shards that are missing."""
+
+    missing_shards: str
+    """The missing shards in words, the first few; empty where none is missing."""
+
+    outside_validation: float
+    """Part of the samples in which a chain was bent further than it was validated [-]."""
+
+    plan: str
+    """Name of the plan."""
+
+    robot: str
+    """Name of the robot."""
+
+    samples: int
+    """Samples of all."""
+
+    scene_sha256: str
+    """Hash of the scene and its mesh."""
+
+    shards: int
+    """Shards of the set."""
+
+    skipped: list[SkippedExample]
+    """The first of the skipped trajectories."""
+
+    url: str
+    """Place of the set."""
+
+    version: int
+    """Its version."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShardsPlanOutcome(_Outcome):
+    """The outcome of `shards plan`."""
+
+    estimate: CostEstimate | None = None
+    """Time and size of the set, where trajectories were simulated for it."""
+
+    inputs: list[PlannedInput]
+    """Files that workers read."""
+
+    manifest_sha256: str
+    """SHA-256 of its manifest."""
+
+    plan: str
+    """Name of the plan."""
+
+    robot: str
+    """Name of the robot."""
+
+    samples: int
+    """Samples of all."""
+
+    shards: int
+    """Number of shards."""
+
+    trajectories: int
+    """Trajectories."""
+
+    url: str
+    """Place of the set."""
+
+    was_there: bool
+    """Whether the same set was planned there before."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShardsStatusOutcome(_Outcome):
+    """The outcome of `shards status`."""
+
+    bytes: int
+    """Size of the rows [byte]."""
+
+    done: int
+    """Shards that are done."""
+
+    hours_left: float | None = None
+    """Time for the missing shards at that rate [h]."""
+
+    missing: int
+    """Shards that are missing."""
+
+    missing_shards: str
+    """The missing shards in words, the first few."""
+
+    plan: str
+    """Name of the plan."""
+
+    shards: int
+    """Shards of the set."""
+
+    shards_per_hour: float | None = None
+    """Shards done in an hour, from the first to the last, by the clock of the store; absent with fewer than two."""
+
+    unfinished: int
+    """Shards among the missing ones whose rows are stored without their sketch: their worker ended in between."""
+
+    url: str
+    """Place of the set."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShardsWorkOutcome(_Outcome):
+    """The outcome of `shards work`."""
+
+    already_there: int
+    """Shards that were there already."""
+
+    made: int
+    """Shards that this worker has made."""
+
+    made_twice: int
+    """Shards that this worker has made and another one has stored first."""
+
+    samples: int
+    """Samples that this worker has simulated."""
+
+    seconds: float
+    """Time that it took [s]."""
+
+    url: str
+    """Place of the set."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class SharedTensions(_Outcome):
     """Residual tensions that holds share."""
 
@@ -4538,6 +4788,17 @@ class SimulatedStudy(_Outcome):
 
     variants: list[Variant]
     """Rows of the table."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SkippedExample(_Outcome):
+    """A trajectory that the twin cannot follow."""
+
+    name: str
+    """Its name."""
+
+    why: str
+    """Why it was skipped."""
 
 
 @dataclass(frozen=True, kw_only=True)
