@@ -9,7 +9,7 @@ use crate::tendon::generate::Shard;
 /// The shards of a worker, one after the other.
 ///
 /// A worker of a part takes those of the part in their order. A free worker begins at a random missing shard and goes on with the
-/// ones behind it; where it meets what another worker has made, it begins again at a random missing one. So workers that know nothing of each other work in
+/// ones behind it; where it meets what another worker has made, or has made the same as one, it begins again at a random missing one. So workers that know nothing of each other work in
 /// different stretches, and rarely make the same shard.
 #[derive(Debug)]
 pub(super) struct WorkOrder {
@@ -36,6 +36,13 @@ impl WorkOrder {
     /// Shards that are in it.
     pub fn n_shards(&self) -> usize {
         self.part.map_or(self.n, |part| (0..self.n).filter(|shard| part.has(*shard)).count())
+    }
+
+    /// Leaves the stretch of a free worker, in which another one is ahead.
+    pub fn leave_stretch(&mut self) {
+        if self.part.is_none() {
+            self.next = self.n;
+        }
     }
 
     /// The next shard that is not in `there`; `None` where none is missing.
@@ -99,6 +106,10 @@ mod tests {
             let first = workers.iter_mut().filter(|worker| worker.3.is_finite());
             let Some((order, known, at, time)) = first.min_by(|a, b| a.3.total_cmp(&b.3)) else { break };
             if let Some(shard) = at.take() {
+                if done.has(shard) {
+                    known.clone_from(&done);
+                    order.leave_stretch();
+                }
                 done.insert(shard);
                 known.insert(shard);
                 n_made += 1;

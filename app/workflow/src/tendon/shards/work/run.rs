@@ -53,7 +53,11 @@ fn work(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         samples += built.n_samples();
         match bench.store(&store, built)? {
             PutOutcome::Written => made += 1,
-            PutOutcome::AlreadyThere => made_twice += 1,
+            PutOutcome::AlreadyThere => {
+                made_twice += 1;
+                there = Listing::of(&store, rule.shards)?.done;
+                order.leave_stretch();
+            }
         }
         there.insert(shard);
         bar.set_position(there.len() as u64);
