@@ -6,7 +6,7 @@ use std::path::Path;
 use hysteron_tests::{names_in, root, run};
 
 /// Commands that are not executed: document, how they begin (without the program's name), and why.
-const NOT_RUN: [(&str, &str, &str); 31] = [
+const NOT_RUN: [(&str, &str, &str); 32] = [
     ("README.md", "test --release", "these are the tests"),
     ("README.md", "demo", "five minutes; its stages are those of a study: study.rs"),
     ("docs/actuator.md", "arm identify servo", "recordings that are not part of the repository"),
@@ -20,6 +20,7 @@ const NOT_RUN: [(&str, &str, &str); 31] = [
     ("docs/lagrangian.md", "arm estimate model.safetensors", "a recording of one's own"),
     ("docs/lagrangian.md", "arm evaluate model.safetensors", "a recording of one's own"),
     ("docs/lagrangian.md", "study", "recordings that are not part of the repository"),
+    ("docs/many-machines.md", "shards", "an object store; in a folder: shards.rs"),
     ("docs/observers.md", "study scara", "a quarter of an hour"),
     ("docs/observers.md", "study wrist", "a quarter of an hour"),
     ("docs/observers.md", "study force", "a quarter of an hour"),

@@ -1,4 +1,4 @@
-//! What finds the strokes: the network of a checkpoint, or a twin that the options or the checkpoint name.
+//! The finder of strokes: the network of a checkpoint, or a twin that the options or the checkpoint name.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use hysteron_control::inverse::{InverseModel, LeadingTwin};
 use super::options::Way;
 use super::twin_strokes::{SteeredTwin, Twins};
 
-/// What finds the strokes.
+/// A method that finds strokes, with its files read.
 pub(super) enum Finder {
     /// An inverse controller.
     Network(Box<InverseModel>),

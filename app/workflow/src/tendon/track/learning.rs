@@ -1,4 +1,4 @@
-//! What the repeats of a path teach: where to lead the tip in the next one.
+//! The path of the next repeat, learned from how the repeats before missed their goal.
 
 use std::path::Path;
 

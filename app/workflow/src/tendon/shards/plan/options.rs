@@ -16,7 +16,7 @@ pub struct Options {
     /// Checkpoint by hysteron fit-residual
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub residual: Option<PathBuf>,
-    /// Plan file (.toml), of any number of trajectories, or the name of a built-in plan [default: as for hysteron generate]
+    /// Plan file (.toml), of any number of trajectories, or the name of a built-in plan [default: that of generate]
     #[cfg_attr(feature = "clap", arg(long, value_name = "PLAN"))]
     pub plan: Option<String>,
     /// Place of the set: a folder that all machines see, or s3://, gs:// or az://
