@@ -22,9 +22,9 @@ const LEAP: f64 = 3e-3;
 /// Longest time between two poses that counts [s]: a silent tracker teaches nothing.
 const LONGEST_STEP: f64 = 0.1;
 
-/// Channels of a recording of strokes that feedback needs: the goal, and where 1 the correction follows the error.
+/// Channels of a recording of strokes that hold the goal of the tip.
 const GOAL: [&str; 2] = ["target_x_m", "target_y_m"];
-/// See [`GOAL`].
+/// Channel that is 1 where the correction follows the error, and 0 elsewhere.
 pub const FEEDBACK_GATE: &str = "feedback";
 
 /// Name of the channel du/dd of a tendon, numbered from 1, along x or y [-].
