@@ -38,7 +38,7 @@ pub use engine::{
     Adam, ChannelErrors, Decay, Ending, Epoch, FitReport, FitResult, Float, Lbfgs, LeastSquares,
     LevenbergMarquardt, MAX_EPOCHS, MAX_HIDDEN, MAX_ROWS, Objective, ParameterVector, Penalty, Schedule,
     TensorShape, TrainableModel, Training, TrainingProgress, TrainingSession, TrainingTask, fit, mean,
-    mean_squared_error, minimise, warm_up_cosine,
+    mean_squared_error, minimise, simplest_within, warm_up_cosine,
 };
 pub use error::{Error, Result};
 pub use files::{

@@ -1,6 +1,6 @@
 //! Which parts of a residual model are kept: those that gain on recordings which no network learned from.
 
-use hysteron_learn::{FitReport, mean};
+use hysteron_learn::{FitReport, mean, simplest_within};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -36,9 +36,7 @@ impl ResidualPart {
         let errors: Vec<Vec<f64>> = reports.iter().map(FitReport::together).collect();
         let pooled = |k: usize| mean(&errors.iter().map(|of| of[k].powi(2)).collect::<Vec<_>>()).sqrt();
         let pooled: Vec<f64> = (0..Self::ALL.len()).map(pooled).collect();
-        let least = pooled.iter().copied().fold(f64::INFINITY, f64::min);
-        let is_good = |k: &usize| pooled[*k] <= (1.0 + SAME) * least;
-        Self::ALL[(0..pooled.len()).find(is_good).unwrap_or(0)]
+        simplest_within(SAME, &pooled).map_or(Self::Nothing, |k| Self::ALL[k])
     }
 
     /// Whether this part of a member does better than the twin alone on what the member did not learn from.

@@ -120,8 +120,12 @@ impl Store {
     /// # Errors
     /// As [`Store::put_new`].
     pub fn get(&self, name: &str) -> anyhow::Result<Option<Vec<u8>>> {
-        let read = async { self.inner.get(&self.path(name)).await?.bytes().await };
-        absent_is_none(self.runtime.block_on(read), &self.place(name)).map(|found| found.map(Vec::from))
+        let read = self.runtime.block_on(self.read(name));
+        absent_is_none(read, &self.place(name))
+    }
+
+    async fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
+        Ok(self.inner.get(&self.path(name)).await?.bytes().await?.into())
     }
 
     /// Whether there is an object of this name.
@@ -164,7 +168,7 @@ impl Store {
         mut each: impl FnMut(&str, Vec<u8>) -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
         let read = |name: String| async move {
-            let found = async { self.inner.get(&self.path(&name)).await?.bytes().await }.await;
+            let found = self.read(&name).await;
             (name, found)
         };
         let mut objects = futures_util::stream::iter(names).map(read).buffered(READ_AHEAD);
@@ -173,7 +177,7 @@ impl Store {
                 let place = self.place(&name);
                 let bytes = absent_is_none(found, &place)?;
                 let bytes = bytes.ok_or_else(|| BadInput::new(place, "an object", "nothing there"))?;
-                each(&name, bytes.into())?;
+                each(&name, bytes)?;
             }
             Ok(())
         })

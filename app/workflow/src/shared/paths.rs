@@ -46,8 +46,7 @@ pub fn plain(path: &Path) -> PathBuf {
 /// # Errors
 /// One of the two is not there.
 pub fn seen_from(folder: &Path, file: &Path) -> std::io::Result<PathBuf> {
-    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let (from, to) = (here.canonicalize()?, file.canonicalize()?);
+    let (from, to) = (folder.canonicalize()?, file.canonicalize()?);
     let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
     // On another drive there is no way up.
     if shared == 0 {

@@ -65,6 +65,13 @@ impl FitReport {
     }
 }
 
+/// The first of some errors, from the simplest method on, that is at most a part `same` above the least; none where no error is a
+/// number.
+pub fn simplest_within(same: f64, errors: &[f64]) -> Option<usize> {
+    let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+    errors.iter().position(|error| *error <= (1.0 + same) * least)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

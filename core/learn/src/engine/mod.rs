@@ -15,7 +15,7 @@ mod training;
 pub use adam::{Adam, Penalty};
 pub(crate) use adam::{AdamFactors, Moments};
 pub use fit::{Epoch, FitResult, TrainingProgress, TrainingSession, TrainingTask, fit};
-pub use fit_report::{ChannelErrors, FitReport};
+pub use fit_report::{ChannelErrors, FitReport, simplest_within};
 pub use lbfgs::{Ending, Lbfgs};
 pub use levenberg_marquardt::{LeastSquares, LevenbergMarquardt};
 pub use loss::{mean, mean_squared_error};

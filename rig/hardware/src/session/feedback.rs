@@ -32,12 +32,6 @@ pub fn response_channel(tendon: usize, axis: usize) -> String {
     format!("response_{}_{tendon}_ratio", ["x", "y"][axis])
 }
 
-/// All channels that feedback of a robot with `n` tendons needs, next to the strokes.
-pub fn feedback_channels(n: usize) -> Vec<String> {
-    let responses = (1..=n).flat_map(|k| (0..2).map(move |axis| response_channel(k, axis)));
-    GOAL.map(str::to_owned).into_iter().chain([FEEDBACK_GATE.to_owned()]).chain(responses).collect()
-}
-
 /// The correction of strokes by the tip that was measured.
 #[derive(Debug, Clone)]
 pub struct TipFeedback {
@@ -61,7 +55,7 @@ pub struct TipFeedback {
 }
 
 impl TipFeedback {
-    /// For a recording of strokes that has the channels of [`feedback_channels`].
+    /// For a recording of strokes that has the goal, [`FEEDBACK_GATE`] and [`response_channel`].
     ///
     /// # Errors
     /// `BadInput` for a missing channel, or a rig without a tracker.

@@ -21,7 +21,7 @@ use crate::tracker::Registration;
 use crate::{
     Error, Event, EventKind, Hardware, Pose, Result, ServoSample, ShutdownAction, SlowSample, Violation,
 };
-pub use feedback::{FEEDBACK_GATE, TipFeedback, feedback_channels, response_channel};
+pub use feedback::{FEEDBACK_GATE, TipFeedback, response_channel};
 use hold::LoadGuard;
 pub use record::{Outcome, RecordOptions, RigRecorder, events_path, free_name, journal_path, recover};
 pub(crate) use record::{convert, disk, line_of};

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use hysteron_base::{BadInput, Bounds, Channel, Recording};
 use hysteron_control::{MotionPlan, StrokeLimits};
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::session::{TipFeedback, feedback_channels};
+use hysteron_rig::session::TipFeedback;
 
 use super::options::Options;
 use super::source::Source;
@@ -30,6 +30,8 @@ pub struct Job {
     pub rate_hz: f64,
     /// Strokes, sample by sample.
     pub commands: Recording,
+    /// The correction of these strokes while they are run, if they get one.
+    pub feedback: Option<TipFeedback>,
     /// Where its recording goes.
     pub out: PathBuf,
 }
@@ -77,6 +79,7 @@ pub fn of_plan(named: &str, options: &Options, source: &Source) -> anyhow::Resul
             role: trajectory.role.name().to_owned(),
             rate_hz: trajectory.rate_hz,
             commands: trajectory.commands()?,
+            feedback: None,
             out: out_of(options, &trajectory.name),
         })
     });
@@ -114,9 +117,8 @@ pub fn of_strokes(options: &Options, source: &Source) -> anyhow::Result<RecordWo
         let channels = strokes.iter().enumerate();
         let channels =
             channels.map(|(k, values)| Channel::new(format!("stroke_{}_m", k + 1), values.to_vec()));
-        let of_feedback = if options.feedback { feedback_channels(rig.tendons.len()) } else { Vec::new() };
-        let is_of_feedback = |channel: &&Channel| of_feedback.contains(&channel.name);
-        let channels = channels.chain(input.recording.channels().iter().filter(is_of_feedback).cloned());
+        let feedback = options.feedback.then(|| TipFeedback::new(&input.recording, rig)).transpose();
+        let feedback = feedback.map_err(|bad| bad.within(place.to_string()))?;
         let mut meta = input.recording.meta().clone();
         meta.extra.insert(STROKES_KEY.to_owned(), input.hash.clone());
         if options.feedback {
@@ -130,12 +132,10 @@ pub fn of_strokes(options: &Options, source: &Source) -> anyhow::Result<RecordWo
             role: inputs::role(&meta).to_owned(),
             rate_hz: input.recording.rate_hz().unwrap_or_default(),
             commands: Recording::new(time, channels.collect(), Vec::new(), meta)?,
+            feedback,
             out: out_of(options, &input.name),
             name: input.name,
         });
-        if let (true, Some(job)) = (options.feedback, jobs.last()) {
-            TipFeedback::new(&job.commands, rig).map_err(|bad| bad.within(place.to_string()))?;
-        }
     }
     check_out(options, jobs.len(), "give it one recording of strokes")?;
     Ok(RecordWork { name: "strokes".to_owned(), plan_text: None, jobs })

@@ -3,7 +3,7 @@
 use hysteron_base::Metadata;
 use hysteron_rig::calibration::RigCalibration;
 use hysteron_rig::config::RigConfig;
-use hysteron_rig::session::{Outcome, RecordOptions, RigRecorder, RigSession, TipFeedback};
+use hysteron_rig::session::{Outcome, RecordOptions, RigRecorder, RigSession};
 use hysteron_rig::{Hardware, LiveRig};
 
 use super::jobs::Job;
@@ -45,7 +45,7 @@ pub fn record(
     let servos = hardware.prepare()?;
     calibration.check(rig, &servos)?;
     let mut hardware = WatchdogGuard::new(hardware, &options.rig, context)?;
-    let run = Run { rig, calibration, meta, feedback: options.feedback, sensing: *sensing };
+    let run = Run { rig, calibration, meta, sensing: *sensing };
     let (ended, is_torque_settled) = run.all(&mut hardware, jobs, summary, context);
     if is_torque_settled {
         hardware.close();
@@ -58,7 +58,6 @@ struct Run<'a> {
     rig: &'a RigConfig,
     calibration: &'a RigCalibration,
     meta: &'a dyn Fn(&Job, &RigCalibration) -> Metadata,
-    feedback: bool,
     sensing: Option<&'a LiveSensing>,
 }
 
@@ -106,8 +105,8 @@ impl Run<'_> {
         if let Some(sensing) = self.sensing {
             recorder = sensing.follow(recorder, self.calibration, &job.commands, SensingMode::RealTime)?;
         }
-        if self.feedback {
-            recorder = recorder.with_feedback(TipFeedback::new(&job.commands, self.rig)?);
+        if let Some(feedback) = &job.feedback {
+            recorder = recorder.with_feedback(feedback.clone());
         }
         let session = RigSession::start(hardware, self.rig, self.calibration, job.rate_hz)?;
         Ok(recorder.run(session, &job.commands, &|| context.is_cancelled(), progress)?)

@@ -155,13 +155,7 @@ impl<'a> RecordingPlan<'a> {
             }
             (source, given) => {
                 let (tip_force, sensing) = (self.tip_force.as_ref(), self.sensing.as_ref());
-                let simulation = Simulation {
-                    source,
-                    seed: self.options.seed,
-                    feedback: self.options.feedback,
-                    tip_force,
-                    sensing,
-                };
+                let simulation = Simulation { source, seed: self.options.seed, tip_force, sensing };
                 simulation.record(missing, (given, self.folder), &meta, summary, context)
             }
         }

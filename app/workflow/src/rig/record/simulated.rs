@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use hysteron_base::{Metadata, parallel};
 use hysteron_rig::Hardware;
 use hysteron_rig::calibration::{RigCalibration, calibrate};
-use hysteron_rig::session::{RecordOptions, RigRecorder, RigSession, TipFeedback, journal_path};
+use hysteron_rig::session::{RecordOptions, RigRecorder, RigSession, journal_path};
 use hysteron_virtual_rig::virtual_rig::{ExternalForceHandle, SimulatedRig};
 
 use super::jobs::Job;
@@ -25,7 +25,6 @@ const DATE: &str = "simulated";
 pub struct Simulation<'a> {
     pub source: &'a Source,
     pub seed: u64,
-    pub feedback: bool,
     pub tip_force: Option<&'a TipForce>,
     pub sensing: Option<&'a LiveSensing>,
 }
@@ -76,8 +75,8 @@ impl Simulation<'_> {
             if let Some(sensing) = self.sensing {
                 recorder = sensing.follow(recorder, &calibration, &job.commands, SensingMode::Blocking)?;
             }
-            if self.feedback {
-                recorder = recorder.with_feedback(TipFeedback::new(&job.commands, rig)?);
+            if let Some(feedback) = &job.feedback {
+                recorder = recorder.with_feedback(feedback.clone());
             }
             let session = RigSession::start(&mut hardware, rig, &calibration, job.rate_hz)?;
             let mut progress = |row: usize| {

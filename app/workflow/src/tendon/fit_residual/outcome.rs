@@ -54,7 +54,7 @@ impl Outcome {
         Self {
             format: MetricsFormat,
             version: 1,
-            verdict: verdict(&networks, &kept, described.part),
+            verdict: verdict(&networks, &kept),
             warnings: [left_out(&described), training::losses(&kept)].concat(),
             networks,
             recording_warnings: findings.warnings().to_vec(),
@@ -72,8 +72,8 @@ fn kept(networks: &[FitReport], described: &ResidualTraining) -> Vec<FitReport> 
     members.map(|(report, _)| report.up_to(part.name())).collect()
 }
 
-fn verdict(networks: &[FitReport], kept: &[FitReport], part: Option<ResidualPart>) -> Verdict {
-    if !kept.is_empty() && part != Some(ResidualPart::Nothing) {
+fn verdict(networks: &[FitReport], kept: &[FitReport]) -> Verdict {
+    if !kept.is_empty() {
         return training::verdict(kept);
     }
     let twin = networks.iter().map(|report| report.together()[0]).collect::<Vec<_>>();
@@ -133,13 +133,13 @@ mod tests {
         let one = of(ResidualPart::Network, [true, false]);
         assert!(left_out(&one)[0].contains("network 2 is left out"));
         let kept_one = kept(&networks, &one);
-        let found = verdict(&networks, &kept_one, one.part);
+        let found = verdict(&networks, &kept_one);
         assert!(found.sentence.contains("the network is off by 0.400 mm"), "{}", found.sentence);
         let linear = of(ResidualPart::Linear, [true, true]);
-        let found = verdict(&networks, &kept(&networks, &linear), linear.part);
+        let found = verdict(&networks, &kept(&networks, &linear));
         assert!(found.sentence.contains("the linear part alone is off by 0.900 mm"), "{}", found.sentence);
         let nothing = of(ResidualPart::Nothing, [false, false]);
-        let found = verdict(&networks, &kept(&networks, &nothing), nothing.part);
+        let found = verdict(&networks, &kept(&networks, &nothing));
         assert!(
             found.usability != Usability::Usable
                 && found.sentence.contains("the twin alone is off by 1.00 mm")

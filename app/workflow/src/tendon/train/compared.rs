@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_control::inverse::{Candidate, DataOrigin, Dataset, FittedController};
+use hysteron_learn::simplest_within;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -93,9 +94,8 @@ impl ComparedController {
 }
 
 fn simplest_of_the_best(errors: &[Option<f64>]) -> usize {
-    let least = errors.iter().flatten().copied().fold(f64::INFINITY, f64::min);
-    let is_good = |error: &Option<f64>| error.is_some_and(|error| error <= (1.0 + SAME) * least);
-    errors.iter().position(is_good).unwrap_or(errors.len().saturating_sub(1))
+    let errors: Vec<f64> = errors.iter().map(|error| error.unwrap_or(f64::NAN)).collect();
+    simplest_within(SAME, &errors).unwrap_or(errors.len().saturating_sub(1))
 }
 
 #[cfg(test)]

@@ -1,7 +1,5 @@
 //! Whether the twin finds strokes better than the controllers that learned from it, and then its files for the checkpoint.
 
-use std::path::Path;
-
 use hysteron_base::file;
 use hysteron_control::inverse::{Axes, LeadingTwin};
 
@@ -30,7 +28,7 @@ pub(super) fn leading_twin(
     if !is_usable || (1.0 + SAME) * own_mm >= tip_mm {
         return Ok(None);
     }
-    let folder = options.out.parent().unwrap_or(Path::new(""));
+    let folder = file::folder_of(&options.out);
     let residual = options.residual.as_deref();
     Ok(Some(LeadingTwin {
         scene: seen_from(folder, scene)?,
