@@ -41,8 +41,8 @@ def plan(
         reduced: Chain by hysteron reduce: it moves the robot in place of the finite elements [default: that
             of the scene, if it names one].
         residual: Checkpoint by hysteron fit-residual.
-        plan: Plan file (.toml), of any number of trajectories, or the name of a built-in plan [default: as
-            for hysteron generate].
+        plan: Plan file (.toml), of any number of trajectories, or the name of a built-in plan [default: that
+            of generate].
         to: Place of the set: a folder that all machines see, or s3://, gs:// or az://.
         shards: Number of shards.
         rows_per_shard: Samples of a shard, about [default: 100000].
