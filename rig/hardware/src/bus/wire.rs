@@ -159,15 +159,22 @@ impl Wire {
         done
     }
 
-    /// Waits for the next answer, of `length` parameters.
+    /// Waits for the next answer, of `length` parameters. While answers to earlier questions are owed, one of another length is
+    /// one of them.
     pub fn receive(&mut self, length: usize, deadline: Instant) -> Result<StatusReply<'_>, TransferFailure> {
-        let failure = match self.read_answer(deadline) {
-            Ok((id, alert)) if self.answer.len() == length => {
-                self.counts.answers += 1;
-                return Ok(StatusReply { id, alert, parameters: &self.answer });
+        let failure = loop {
+            match self.read_answer(deadline) {
+                Ok((id, alert)) if self.answer.len() == length => {
+                    self.counts.answers += 1;
+                    return Ok(StatusReply { id, alert, parameters: &self.answer });
+                }
+                Ok(_) if self.owed_since.is_some() => {}
+                Ok(_) => {
+                    let found = self.answer.len();
+                    break TransferFailure::Corrupt(format!("{found} bytes instead of {length}"));
+                }
+                Err(failure) => break failure,
             }
-            Ok(_) => TransferFailure::Corrupt(format!("{} bytes instead of {length}", self.answer.len())),
-            Err(failure) => failure,
         };
         match failure {
             TransferFailure::Timeout => self.counts.timeouts += 1,
