@@ -2,7 +2,8 @@
 
 use hysteron_base::BadInput;
 use hysteron_learn::{
-    Backprop, HeadOutputs, Memory, Predictor, RANGE_MARGIN, SequenceBatch, restore_bounded, windows,
+    Backprop, HeadOutputs, Memory, Predictor, RANGE_MARGIN, RadialBasis, SequenceBatch, restore_bounded,
+    windows,
 };
 
 use super::delay::ahead;
@@ -38,6 +39,7 @@ pub struct Commands {
 pub struct InverseController<'a> {
     model: &'a InverseModel,
     regression: &'a StaticRegression,
+    kernel: Option<&'a RadialBasis>,
     features: Features,
     predictor: Predictor<'a>,
     path: Vec<PathPoint>,
@@ -45,6 +47,8 @@ pub struct InverseController<'a> {
     /// Samples done.
     n_done: usize,
     raw: Vec<f64>,
+    /// Of the kernel.
+    terms: Vec<f64>,
     correction: Vec<f64>,
 }
 
@@ -54,13 +58,15 @@ impl<'a> InverseController<'a> {
     /// # Errors
     /// A path without samples or with one that is not finite; limits that leave nothing; a model of the paper's design.
     pub fn new(model: &'a InverseModel, path: &[TipPosition], limits: StrokeLimits) -> Check<Self> {
-        let InverseDesign::Recurrent { features, regression } = &model.design else {
+        let InverseDesign::Recurrent { features, regression, kernel } = &model.design else {
             return Err(BadInput::new("checkpoint: design", "recurrent", "the paper's"));
         };
         let ranges = [&model.inputs, &model.outputs];
         Ok(Self {
             model,
             regression,
+            kernel: kernel.as_ref(),
+            terms: Vec::with_capacity(kernel.as_ref().map_or(0, RadialBasis::n_terms)),
             path: smoothed_path(path, features)?,
             features: Features::new(features),
             predictor: Predictor::recurrent(&model.network, ranges, model.weights),
@@ -82,6 +88,9 @@ impl<'a> InverseController<'a> {
         self.regression.strokes_into(point.position, &mut self.limiter.desired);
         self.raw.clear();
         self.features.append(&self.path, self.n_done, &self.limiter.desired, &mut self.raw);
+        if let Some(kernel) = self.kernel {
+            kernel.add_to(&self.raw, &mut self.terms, &mut self.limiter.desired);
+        }
         let is_new = self.predictor.step(&self.raw, &mut self.correction);
         let is_extrapolating = is_outside(self.model, point.position) || is_new;
         for (stroke, correction) in self.limiter.desired.iter_mut().zip(&self.correction) {

@@ -161,18 +161,28 @@ impl Dataset {
     /// rates or numbers of tendons.
     pub fn new(all: Vec<Demonstration>, held_out: &[String], seed: u64) -> Result<Self, BadInput> {
         check_alike(&all)?;
+        let held_out = Self::held_out(&all, held_out, seed)?;
+        let (step, n_tendons, axes) = (all[0].step, all[0].n_tendons, all[0].axes);
+        let (validation, training): (Vec<_>, Vec<_>) =
+            all.into_iter().partition(|one| held_out.contains(&one.name));
+        Ok(Self { training, validation, step, n_tendons, axes })
+    }
+
+    /// The names in `held_out`, or those that are drawn without them.
+    pub(super) fn held_out(
+        all: &[Demonstration],
+        held_out: &[String],
+        seed: u64,
+    ) -> Result<Vec<String>, BadInput> {
         let names: Vec<&str> = all.iter().map(|one| one.name.as_str()).collect();
         if let Some(unknown) = held_out.iter().find(|name| !names.contains(&name.as_str())) {
             return Err(BadInput::new("held out", format!("of {}", names.join(", ")), unknown));
         }
-        let held_out = if held_out.is_empty() { drawn(&all, seed) } else { held_out.to_vec() };
-        let (step, n_tendons, axes) = (all[0].step, all[0].n_tendons, all[0].axes);
-        let (validation, training): (Vec<_>, Vec<_>) =
-            all.into_iter().partition(|one| held_out.contains(&one.name));
-        if training.is_empty() {
+        let held_out = if held_out.is_empty() { drawn(all, seed) } else { held_out.to_vec() };
+        if names.iter().all(|name| held_out.iter().any(|other| other == name)) {
             return Err(BadInput::new("held out", "some recordings for training", "all of them"));
         }
-        Ok(Self { training, validation, step, n_tendons, axes })
+        Ok(held_out)
     }
 
     /// The demonstrations of one origin, split as here; none where none of them is left to learn from.
@@ -181,7 +191,8 @@ impl Dataset {
             all.iter().filter(|one| one.origin == origin).cloned().collect()
         };
         let only = Self { training: theirs(&self.training), validation: theirs(&self.validation), ..*self };
-        (!only.training.is_empty() && !only.validation.is_empty()).then_some(only)
+        let is_validated = self.validation.is_empty() || !only.validation.is_empty();
+        (!only.training.is_empty() && is_validated).then_some(only)
     }
 
     /// How many demonstrations to learn from have this origin.
@@ -225,7 +236,7 @@ impl Dataset {
     }
 }
 
-fn check_alike(all: &[Demonstration]) -> Result<(), BadInput> {
+pub(super) fn check_alike(all: &[Demonstration]) -> Result<(), BadInput> {
     if all.len() < 2 {
         return Err(BadInput::new("recordings", "at least two", all.len().to_string())
             .hint("early stopping needs a validation trajectory"));

@@ -84,6 +84,12 @@ impl FeatureSpec {
         }
         names
     }
+
+    /// Numbers of the features whose names `is_one` accepts.
+    pub(super) fn numbers(&self, is_one: impl Fn(&str) -> bool) -> Vec<usize> {
+        let names = self.names();
+        (0..names.len()).filter(|&k| is_one(&names[k])).collect()
+    }
 }
 
 /// The features of a path, sample by sample.

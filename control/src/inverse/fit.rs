@@ -19,8 +19,8 @@ pub struct FittedController {
     pub model: InverseModel,
     /// Root mean square error of each stroke in validation [mm].
     pub held_out_mm: Vec<f64>,
-    /// The same of the regression without memory but for the delay.
-    pub regression_mm: Vec<f64>,
+    /// The same of the map below the network.
+    pub base_mm: Vec<f64>,
     /// Learning curve and validation errors next to those of the baselines.
     pub report: FitReport,
     /// False where the training was stopped early and can resume from its file.
@@ -47,8 +47,9 @@ pub(super) struct ControllerParts {
     pub design: InverseDesign,
     pub workspace: TipWorkspace,
     pub weights: WeightFormat,
-    /// Root mean square error of regressions for each stroke in validation: without delay, and with it [mm].
-    pub regressions_mm: [Vec<f64>; 2],
+    /// Name of the map below the network, or beside one that has none, and its root mean square error for each stroke in
+    /// validation [mm].
+    pub base: (&'static str, Vec<f64>),
     /// [s].
     pub delay_s: f64,
 }
@@ -62,19 +63,12 @@ impl FitOutcome {
         parts: ControllerParts,
     ) -> Result<FittedController> {
         let report = self.report(data, &parts);
-        let ControllerParts {
-            inputs,
-            outputs,
-            design,
-            workspace,
-            weights,
-            regressions_mm: [_, regression_mm],
-            delay_s,
-        } = parts;
+        let ControllerParts { inputs, outputs, design, workspace, weights, base: (_, base_mm), delay_s } =
+            parts;
         let training = InverseTraining {
             epochs: Some(self.result.epochs),
             held_out_stroke_rmse_mm: self.held_out_mm.clone(),
-            static_regression_stroke_rmse_mm: regression_mm.clone(),
+            base_stroke_rmse_mm: base_mm.clone(),
             delay_s: Some(delay_s),
             ..training
         };
@@ -97,24 +91,15 @@ impl FitOutcome {
             model.training.weights = Some(WeightErrors { format, stroke_rmse_mm, stroke_largest_mm });
         }
         let is_finished = self.result.is_finished;
-        Ok(FittedController { model, held_out_mm: self.held_out_mm, regression_mm, report, is_finished })
+        Ok(FittedController { model, held_out_mm: self.held_out_mm, base_mm, report, is_finished })
     }
 
     fn report(&self, data: &Dataset, parts: &ControllerParts) -> FitReport {
         let names = |all: &[Demonstration]| all.iter().map(|one| one.name.clone()).collect();
-        let [without_delay, with_delay] = &parts.regressions_mm;
-        // One regression where there is no delay.
-        let is_late = parts.delay_s > 0.0;
-        let mut methods = vec!["static regression".to_owned()];
-        if is_late {
-            methods.push(format!("static regression, {:.0} ms later", 1e3 * parts.delay_s));
-        }
-        methods.push("network".to_owned());
-        let channel = |k: usize| {
-            let mut errors = vec![without_delay[k]];
-            errors.extend(is_late.then(|| with_delay[k]));
-            errors.push(self.held_out_mm[k]);
-            ChannelErrors { name: format!("stroke {}", k + 1), errors }
+        let (base, base_mm) = &parts.base;
+        let channel = |k: usize| ChannelErrors {
+            name: format!("stroke {}", k + 1),
+            errors: vec![base_mm[k], self.held_out_mm[k]],
         };
         FitReport {
             training: names(&data.training),
@@ -122,7 +107,7 @@ impl FitOutcome {
             curve: self.result.curve.clone(),
             epochs: self.result.epochs,
             unit: Cow::Borrowed("mm"),
-            methods,
+            methods: vec![(*base).to_owned(), "network".to_owned()],
             channels: (0..data.n_tendons).map(channel).collect(),
         }
     }

@@ -6,12 +6,14 @@
 //! update a sample, and corrects a static regression.
 
 mod axes;
+mod base;
 mod candidate;
 mod controller;
 mod dataset;
 mod delay;
 mod features;
 mod fit;
+mod folds;
 mod loss;
 mod model;
 mod path_point;
@@ -26,16 +28,18 @@ mod workspace;
 use hysteron_base::BadInput;
 
 pub use axes::{Axes, TipPosition};
+pub use base::BaseMap;
 pub use candidate::Candidate;
 pub use controller::{Commands, InverseController, SampleFlags};
 pub use dataset::{DataOrigin, Dataset, Demonstration};
 pub use delay::ahead;
 pub use features::{FeatureSpec, Features};
 pub use fit::FittedController;
+pub use folds::Folds;
 pub use loss::LossWeights;
 pub use model::{InverseDesign, InverseModel};
 pub use path_point::{PathPoint, PathSmoothing};
-pub use recurrent::{fit_recurrent, fit_regression};
+pub use recurrent::{fit_base, fit_recurrent};
 pub use recurrent_options::RecurrentOptions;
 pub use regression::StaticRegression;
 pub use training::{InverseOptions, InverseTraining, LeadingTwin, TrainedDesign, TrainedOn, WeightErrors};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hysteron_base::size::check_count;
 use hysteron_base::{BadInput, Bounds};
-use hysteron_learn::{Checkpoint, MAX_ROWS, Network, Normaliser, WeightFormat};
+use hysteron_learn::{Checkpoint, MAX_ROWS, Network, Normaliser, RadialBasis, WeightFormat};
 use serde::{Deserialize, Serialize};
 
 use super::{Axes, Check, FeatureSpec, InverseTraining, StaticRegression, TipWorkspace};
@@ -26,6 +26,9 @@ pub enum InverseDesign {
         features: FeatureSpec,
         /// Static regression that the outputs correct.
         regression: StaticRegression,
+        /// Kernel regression of the features, which they correct too.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        kernel: Option<RadialBasis>,
     },
 }
 
@@ -136,7 +139,7 @@ impl InverseModel {
                 check_count("window", *window, MAX_ROWS)?;
                 self.axes().len()
             }
-            InverseDesign::Recurrent { features, regression } => {
+            InverseDesign::Recurrent { features, regression, kernel } => {
                 features.check()?;
                 if features.axes != self.axes() || !regression.is_for(features.axes) {
                     let of = |axes: Axes| axes.names().join(", ");
@@ -147,7 +150,16 @@ impl InverseModel {
                     let found = format!("{} and {}", features.n_tendons, regression.n_tendons());
                     return Err(BadInput::new("design", format!("{} tendons", self.n_tendons), found));
                 }
-                features.names().len()
+                let n_inputs = features.names().len();
+                if let Some(kernel) = kernel {
+                    kernel.check()?;
+                    let found = [kernel.n_inputs(), kernel.n_outputs()];
+                    if found != [n_inputs, self.n_tendons] {
+                        let expected = format!("{n_inputs} inputs and {} outputs", self.n_tendons);
+                        return Err(BadInput::new("design: kernel", expected, format!("{found:?}")));
+                    }
+                }
+                n_inputs
             }
         };
         let found = [self.inputs.channels.len(), self.outputs.channels.len()];

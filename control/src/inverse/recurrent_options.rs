@@ -4,6 +4,7 @@ use hysteron_learn::{SequenceOptions, WeightFormat};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::BaseMap;
 use super::loss::LossWeights;
 use super::path_point::PathSmoothing;
 
@@ -27,6 +28,9 @@ pub struct RecurrentOptions {
     pub plays: Vec<f64>,
     /// Time constants of first-order filters [s].
     pub filters_s: Vec<f64>,
+    /// The map that the network corrects.
+    #[serde(default)]
+    pub base: BaseMap,
     /// Weights of the terms of the loss.
     pub loss: LossWeights,
     /// Largest delay of the tip behind its strokes that is sought [s]; none is where it is zero, as for a path that
@@ -46,6 +50,7 @@ impl Default for RecurrentOptions {
                 layers: 1,
                 epochs: 30,
                 patience: 40,
+                ends_after: None,
                 truncation: 200,
                 learning_rate: 2e-3,
                 input_noise: 0.3,
@@ -57,6 +62,7 @@ impl Default for RecurrentOptions {
             slow_m_s: 1e-3,
             plays: vec![0.02, 0.05, 0.12, 0.3, 0.6],
             filters_s: vec![0.3, 3.0, 30.0],
+            base: BaseMap::Cubic,
             loss: LossWeights { tip: 1.0, smooth_s: 0.1, pull: 1.0, co_contraction_min_m: 0.0 },
             largest_delay_s: 0.5,
             weights: WeightFormat::Float32,

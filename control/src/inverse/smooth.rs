@@ -18,8 +18,6 @@ pub(super) struct Smoothed {
     pub regression: StaticRegression,
     /// Root mean square error of each of its strokes on the validation [mm].
     pub regression_mm: Vec<f64>,
-    /// The same of a regression without delay.
-    pub without_delay_mm: Vec<f64>,
     /// Where the tip was in training.
     pub workspace: TipWorkspace,
 }
@@ -38,12 +36,6 @@ pub(super) fn smoothed(
     let (mut training, mut validation) = (paths(&data.training), paths(&data.validation));
     let workspace =
         TipWorkspace::new(data.axes, training.iter().flatten().map(|point| point.position).collect());
-    let fit = |training: &[Vec<PathPoint>], validation: &[Vec<PathPoint>]| {
-        let regression = StaticRegression::new(data.axes, &data.training, training)?;
-        let errors = regression.squares(&data.validation, validation).into_iter().map(f64::sqrt).collect();
-        Ok::<(StaticRegression, Vec<f64>), BadInput>((regression, errors))
-    };
-    let (_, without_delay_mm) = fit(&training, &validation)?;
     let most = (largest_delay / data.step) as usize;
     // Chosen on training data: validation errors stay those of something that was not chosen by them.
     let known = (&data.training[..], &training[..]);
@@ -51,14 +43,8 @@ pub(super) fn smoothed(
     for paths in [&mut training, &mut validation] {
         paths.iter_mut().for_each(|path| *path = ahead(path, delay));
     }
-    let (regression, regression_mm) = fit(&training, &validation)?;
-    Ok(Smoothed {
-        training,
-        validation,
-        delay_s: delay * data.step,
-        regression,
-        regression_mm,
-        without_delay_mm,
-        workspace,
-    })
+    let regression = StaticRegression::new(data.axes, &data.training, &training)?;
+    let regression_mm =
+        regression.squares(&data.validation, &validation).into_iter().map(f64::sqrt).collect();
+    Ok(Smoothed { training, validation, delay_s: delay * data.step, regression, regression_mm, workspace })
 }

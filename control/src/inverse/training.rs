@@ -29,15 +29,18 @@ pub struct InverseTraining {
     pub trained_on: Vec<TrainedOn>,
     /// Validation recordings.
     pub held_out: Vec<TrainedOn>,
+    /// Folds that the errors in validation are of: it was then fitted to all recordings.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub folds: Option<usize>,
     /// Epochs after which the weights were found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub epochs: Option<usize>,
     /// Root mean square error of each stroke in validation [mm].
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub held_out_stroke_rmse_mm: Vec<f64>,
-    /// The same of the regression without memory but for the delay [mm].
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub static_regression_stroke_rmse_mm: Vec<f64>,
+    /// The same of the map that the network corrects, or of the static regression beside a network that has none [mm].
+    #[serde(alias = "static_regression_stroke_rmse_mm", skip_serializing_if = "Vec::is_empty")]
+    pub base_stroke_rmse_mm: Vec<f64>,
     /// Delay of the tip behind the strokes [s].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub delay_s: Option<f64>,

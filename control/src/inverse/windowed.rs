@@ -47,7 +47,7 @@ pub fn fit_windowed(
     session: &mut TrainingSession<'_>,
 ) -> Result<FittedController> {
     options.check()?;
-    let Smoothed { without_delay_mm, regression_mm, delay_s, workspace, .. } =
+    let Smoothed { regression_mm, delay_s, workspace, .. } =
         smoothed(data, PathSmoothing::Centred, HALF_WIDTH_S, LARGEST_DELAY_S)?;
     let (inputs, outputs) = (input_ranges(data)?, output_ranges(data)?);
     let paths = [&data.training, &data.validation]
@@ -65,7 +65,7 @@ pub fn fit_windowed(
         design: InverseDesign::Windowed { window: options.window },
         workspace,
         weights: WeightFormat::Float32,
-        regressions_mm: [without_delay_mm, regression_mm],
+        base: ("static regression", regression_mm),
         delay_s,
     };
     let mut fitted = outcome.into_fitted(data, training, parts)?;

@@ -30,6 +30,7 @@ mod normaliser;
 mod on_device;
 mod panels;
 mod product;
+mod radial_basis;
 mod regression;
 pub mod ridge;
 mod transformer;
@@ -52,6 +53,7 @@ pub use lstm::{
 pub use mlp::{Activation, ByParameters, Mlp, MlpTape};
 pub use normaliser::{ChannelRange, Normaliser};
 pub use panels::WeightFormat;
+pub use radial_basis::{RadialBasis, RadialSamples, RadialSetting};
 pub use regression::{
     Evaluation, Predictor, RANGE_MARGIN, SequenceOptions, SequenceTask, Sequences, WindowOptions, WindowTask,
     WindowedSequence, restore_bounded, windows,

@@ -31,6 +31,7 @@ impl Default for RecurrentOptions {
                 layers: 1,
                 epochs: 100,
                 patience: 40,
+                ends_after: None,
                 truncation: 200,
                 learning_rate: 2e-3,
                 input_noise: 1.0,

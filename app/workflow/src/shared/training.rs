@@ -105,11 +105,16 @@ impl TrainingPage<'_> {
         if !self.compared.is_empty() {
             page.heading("Controllers on recordings that they did not learn from");
             let headings = ["Controller", "Strokes, rms [mm]", "Tip of the twin, rms [mm]"];
-            page.table(&headings, self.compared.iter().map(|row| row.to_vec()));
-            page.paragraph(
-                "The twin moves by the strokes of the controller and by the recorded ones; the distance of its tips counts. \
-                 Where a tendon hangs loose, a stroke can be off without any effect on the tip.",
-            );
+            let is_judged = self.compared.iter().any(|[_, _, tip]| tip != "-");
+            let n = if is_judged { 3 } else { 2 };
+            page.table(&headings[..n], self.compared.iter().map(|row| row[..n].to_vec()));
+            if is_judged {
+                page.paragraph(
+                    "The twin moves by the strokes of the controller and by the recorded ones; the distance of its tips counts. \
+                     Where a tendon hangs loose, a stroke can be off without any effect on the tip. Behind ± stands the standard \
+                     error, from the differences between recordings.",
+                );
+            }
         }
         for (number, report) in self.networks.iter().enumerate() {
             if self.networks.len() > 1 {

@@ -61,6 +61,12 @@ pub trait TrainingTask<M: TrainableModel> {
         false
     }
 
+    /// Epochs after which it ends and keeps its weights, without validation data: as many as another training of the same kind
+    /// found. None where validation chooses.
+    fn ends_after(&self) -> Option<usize> {
+        None
+    }
+
     /// Goes through all training data once; the mean squared loss, or none where `on_step(done, of)` ended it.
     ///
     /// # Errors
@@ -117,28 +123,36 @@ pub fn fit<M: TrainableModel, T: TrainingTask<M> + ?Sized>(
             training
         }
     };
-    let is_over =
-        |training: &Training<M>| training.epochs() >= schedule.epochs || training.is_stuck(schedule.patience);
+    let ends_after = task.ends_after();
+    let is_over = |training: &Training<M>| match ends_after {
+        Some(epochs) => training.epochs() >= epochs,
+        None => training.epochs() >= schedule.epochs || training.is_stuck(schedule.patience),
+    };
     let mut is_finished = is_over(&training);
     while !is_finished {
         let epoch = training.epochs();
         training.set_learning_rate(schedule.learning_rate(epoch));
         let mut on_step = |done, of| (session.progress)(&TrainingProgress::Step { epoch, done, of });
         let Some(loss) = task.epoch(&mut training, &mut on_step)? else { break };
-        let validation = task.validate(training.evaluated())?;
+        let validation = match ends_after {
+            Some(_) => f64::NAN,
+            None => task.validate(training.evaluated())?,
+        };
         training.end_epoch(loss.sqrt(), validation);
         if let Some(path) = session.file {
             training.save(path, identity)?;
         }
         let best = training.best().map_or(validation, |(_, _, error)| error);
-        let report =
-            Epoch { number: epoch + 1, of: schedule.epochs, training: loss.sqrt(), validation, best };
+        let of = ends_after.unwrap_or(schedule.epochs);
+        let report = Epoch { number: epoch + 1, of, training: loss.sqrt(), validation, best };
         is_finished = is_over(&training);
         if !(session.progress)(&TrainingProgress::Epoch(report)) {
             break;
         }
     }
-    let (model, epochs, validation) = training.best().ok_or(Error::NothingTrained)?;
+    let last = ends_after.filter(|_| training.epochs() > 0);
+    let last = last.map(|_| (training.evaluated(), training.epochs(), f64::NAN));
+    let (model, epochs, validation) = last.or_else(|| training.best()).ok_or(Error::NothingTrained)?;
     Ok(FitResult { model: model.clone(), epochs, validation, curve: training.curve().to_vec(), is_finished })
 }
 

@@ -45,6 +45,37 @@ impl FitReport {
         losses
     }
 
+    /// Several fits of the same methods, each validated on other recordings, as one: mean curves, over as many epochs as all
+    /// have, and root mean square errors.
+    pub fn pooled(all: &[Self]) -> Self {
+        let Some(first) = all.first() else { return Self::default() };
+        let n = all.len() as f64;
+        let names = |of: fn(&Self) -> &Vec<String>| {
+            let mut names: Vec<String> = all.iter().flat_map(|one| of(one).clone()).collect();
+            names.sort();
+            names.dedup();
+            names
+        };
+        let n_epochs = all.iter().map(|one| one.curve.len()).min().unwrap_or(0);
+        let at = |epoch: usize| [0, 1].map(|k| all.iter().map(|one| one.curve[epoch][k]).sum::<f64>() / n);
+        let root = |c: usize, k: usize| {
+            (all.iter().map(|one| one.channels[c].errors[k].powi(2)).sum::<f64>() / n).sqrt()
+        };
+        let channel = |(c, channel): (usize, &ChannelErrors)| ChannelErrors {
+            name: channel.name.clone(),
+            errors: (0..channel.errors.len()).map(|k| root(c, k)).collect(),
+        };
+        Self {
+            training: names(|one| &one.training),
+            validation: names(|one| &one.validation),
+            curve: (0..n_epochs).map(at).collect(),
+            epochs: (all.iter().map(|one| one.epochs).sum::<usize>() as f64 / n).round() as usize,
+            unit: first.unit.clone(),
+            methods: first.methods.clone(),
+            channels: first.channels.iter().enumerate().map(channel).collect(),
+        }
+    }
+
     /// The same with the methods up to and including one; all where there is none of this name.
     pub fn up_to(&self, method: &str) -> Self {
         let n = self.methods.iter().position(|name| name == method).map_or(self.methods.len(), |k| k + 1);
@@ -75,6 +106,23 @@ pub fn simplest_within(same: f64, errors: &[f64]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_several_fits_squares_and_curves_are_averaged() {
+        let of = |name: &str, epochs: usize, error: f64| FitReport {
+            validation: vec![name.to_owned()],
+            curve: vec![[error, 2.0 * error]; epochs],
+            epochs,
+            methods: vec!["network".to_owned()],
+            channels: vec![ChannelErrors { name: "stroke 1".to_owned(), errors: vec![error] }],
+            ..FitReport::default()
+        };
+        let pooled = FitReport::pooled(&[of("b", 3, 1.0), of("a", 6, 7.0)]);
+        assert_eq!((pooled.validation, pooled.epochs), (vec!["a".to_owned(), "b".to_owned()], 5));
+        assert_eq!(pooled.curve, [[4.0, 8.0]; 3]);
+        assert_eq!(pooled.channels[0].errors, [5.0]);
+        assert_eq!(FitReport::pooled(&[]), FitReport::default());
+    }
 
     #[test]
     fn a_network_that_does_no_better_than_a_baseline_is_named() {

@@ -18,6 +18,9 @@ pub struct SequenceOptions {
     pub epochs: usize,
     /// Epochs without a better validation error after which it ends.
     pub patience: usize,
+    /// Epochs after which it ends, without validation data; none where validation chooses.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ends_after: Option<usize>,
     /// Truncation length: samples between two updates, and of back-propagation through time.
     pub truncation: usize,
     /// Step size of Adam at the start; it decays to a hundredth along half a cosine.

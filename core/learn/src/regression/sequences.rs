@@ -118,6 +118,10 @@ impl<S: Sequences> TrainingTask<Network> for SequenceTask<'_, S> {
         self.options.schedule()
     }
 
+    fn ends_after(&self) -> Option<usize> {
+        self.options.ends_after
+    }
+
     fn epoch(
         &mut self,
         training: &mut Training<Network>,

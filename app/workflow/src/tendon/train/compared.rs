@@ -2,24 +2,30 @@
 
 use std::path::{Path, PathBuf};
 
-use hysteron_control::inverse::{Candidate, DataOrigin, Dataset, FittedController};
-use hysteron_learn::simplest_within;
+use hysteron_control::inverse::{Candidate, DataOrigin, Demonstration, FittedController};
+use hysteron_learn::{FitReport, simplest_within};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::judge::Judge;
+use super::judge::{Judge, Squares};
 use super::options::Options;
 use crate::Context;
+use crate::shared::paper_design::DesignName;
 
 /// Part by which errors differ by chance: another seed of a network changes as much [-].
 pub(super) const SAME: f64 = 0.05;
+/// Part by which a network must be behind the best after the first fold to be given up [-].
+const BEHIND: f64 = 0.25;
 
-/// A controller that was fitted, and its error at the tip.
+/// A controller that was fitted once for each fold, and its errors on what that left out.
 pub(super) struct ComparedController {
     pub candidate: Candidate,
-    pub fitted: FittedController,
-    /// By [`Judge::tip_error_mm`]; none where nothing judged it, or the twin could not follow [mm].
-    pub tip_mm: Option<f64>,
+    /// Of each fold.
+    reports: Vec<FitReport>,
+    /// Of the last fold.
+    pub last: FittedController,
+    /// At the tip, by recording; none where nothing judges it, or the twin could not follow.
+    tips: Vec<Option<Squares>>,
 }
 
 /// Errors of a controller in validation.
@@ -29,67 +35,149 @@ pub struct CandidateErrors {
     pub candidate: Candidate,
     /// Root mean square error of its strokes [mm].
     pub stroke_rmse_mm: f64,
-    /// Root mean square distance of the tips that its strokes and the recorded ones bring the twin to [mm]; none where the twin
-    /// cannot follow.
+    /// Root mean square distance of the tips that its strokes and the recorded ones bring the twin to [mm]; none where no twin
+    /// was named, or it cannot follow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tip_rmse_mm: Option<f64>,
+    /// Standard error of that, from the differences between recordings [mm].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tip_standard_error_mm: Option<f64>,
+    /// Folds that it was fitted for: fewer than the others where it was far behind after the first.
+    pub folds: usize,
     /// Whether it is the one in the checkpoint.
     pub is_chosen: bool,
 }
 
-/// The controllers to compare: where a twin judges, all that the data allow; else the network of all data alone.
-pub(super) fn candidates(options: &Options, data: &Dataset, recorded: Option<&Dataset>) -> Vec<Candidate> {
-    if options.scene.is_none() {
+/// The controllers to compare: those of the options, or all that the data allow. Without a twin that judges, controllers of real and of
+/// synthetic data cannot be compared, since their strokes alone do not say how far the tip is off.
+pub(super) fn candidates(options: &Options, all: &[Demonstration]) -> Vec<Candidate> {
+    let has = |origin| all.iter().any(|one| one.origin == origin);
+    let is_hybrid = has(DataOrigin::Real) && has(DataOrigin::Synthetic);
+    if !options.candidates.is_empty() {
+        return options.candidates.iter().map(|name| name.candidate()).collect();
+    }
+    if options.design == DesignName::Paper || is_hybrid && options.scene.is_none() {
         return vec![Candidate::Network];
     }
-    let is_hybrid = data.count(DataOrigin::Synthetic) > 0 && recorded.is_some();
     let recorded = is_hybrid.then_some(Candidate::RecordedNetwork);
-    [Some(Candidate::StaticRegression), recorded, Some(Candidate::Network)].into_iter().flatten().collect()
+    let all = [Candidate::StaticRegression, Candidate::KernelRegression];
+    all.into_iter().chain(recorded).chain([Candidate::Network]).collect()
 }
 
-/// The file that the training of a candidate resumes from.
-pub(super) fn training_file(out: &Path, candidate: Candidate) -> Option<PathBuf> {
-    match candidate {
-        Candidate::StaticRegression => None,
-        Candidate::RecordedNetwork => Some(out.with_extension("recorded.training")),
-        Candidate::Network => Some(out.with_extension("training")),
-    }
+/// The file that the training of a candidate resumes from: for a fold, or for all data.
+pub(super) fn training_file(out: &Path, candidate: Candidate, fold: Option<usize>) -> Option<PathBuf> {
+    let which = match candidate {
+        Candidate::StaticRegression | Candidate::KernelRegression => return None,
+        Candidate::RecordedNetwork => "recorded.training",
+        Candidate::Network => "training",
+    };
+    Some(out.with_extension(match fold {
+        Some(number) => format!("fold-{}.{which}", number + 1),
+        None => which.to_owned(),
+    }))
 }
 
 impl ComparedController {
-    /// Lets the twin judge, if there is one.
+    pub(super) fn new(candidate: Candidate, fitted: FittedController, tips: Vec<Option<Squares>>) -> Self {
+        Self { candidate, reports: vec![fitted.report.clone()], last: fitted, tips }
+    }
+
+    /// Adds what it does in another fold.
+    pub(super) fn add(&mut self, fitted: FittedController, tips: Vec<Option<Squares>>) {
+        self.reports.push(fitted.report.clone());
+        self.last = fitted;
+        self.tips.extend(tips);
+    }
+
+    /// Root mean square error at the tip, and its standard error [mm].
+    fn tip(&self) -> Option<(f64, Option<f64>)> {
+        let squares = self.tips.iter().copied().collect::<Option<Vec<_>>>()?;
+        (!squares.is_empty()).then(|| Squares::root_mean_mm(&squares))
+    }
+
+    fn stroke_mm(&self) -> f64 {
+        FitReport::pooled(&self.reports).together().last().copied().unwrap_or(f64::NAN)
+    }
+
+    /// Its error where one compares it: at the tip where a twin judges, else of the strokes [mm].
+    fn error_mm(&self, is_judged: bool) -> Option<f64> {
+        if is_judged { self.tip().map(|(error, _)| error) } else { Some(self.stroke_mm()) }
+    }
+
+    /// Learning curve and errors, all folds together.
+    pub(super) fn report(&self) -> FitReport {
+        FitReport::pooled(&self.reports)
+    }
+}
+
+/// All controllers of a training.
+pub(super) struct Comparison {
+    pub controllers: Vec<ComparedController>,
+    is_judged: bool,
+    n_folds: usize,
+}
+
+impl Comparison {
+    pub(super) fn new(is_judged: bool, n_folds: usize) -> Self {
+        Self { controllers: Vec::new(), is_judged, n_folds }
+    }
+
+    /// Adds a fit and lets the twin judge, if there is one.
     ///
     /// # Errors
-    /// Those of [`Judge::tip_error_mm`].
-    pub(super) fn new(
+    /// Those of [`Judge::tip_errors`].
+    pub(super) fn add(
+        &mut self,
         candidate: Candidate,
-        mut fitted: FittedController,
+        fitted: FittedController,
         judge: Option<&Judge>,
-        data: &Dataset,
+        validation: &[Demonstration],
         context: &Context,
-    ) -> anyhow::Result<Self> {
-        let tip = judge.map(|judge| judge.tip_error_mm(&fitted.model, &data.validation, context));
-        if tip.is_some() {
-            fitted.model.training.candidate = Some(candidate);
+    ) -> anyhow::Result<()> {
+        let tips = judge.map(|judge| judge.tip_errors(&fitted.model, validation, context)).transpose()?;
+        let tips = tips.unwrap_or_default();
+        match self.controllers.iter_mut().find(|one| one.candidate == candidate) {
+            Some(known) => known.add(fitted, tips),
+            None => self.controllers.push(ComparedController::new(candidate, fitted, tips)),
         }
-        Ok(Self { candidate, fitted, tip_mm: tip.transpose()?.flatten() })
+        Ok(())
     }
 
-    /// Which of some to use: the simplest whose error at the tip is no more than [`SAME`] above the least; the last where none has
-    /// an error there.
-    pub(super) fn best(all: &[Self]) -> usize {
-        simplest_of_the_best(&all.iter().map(|one| one.tip_mm).collect::<Vec<_>>())
+    /// Whether a network is so far behind after the first fold that it is given up.
+    pub(super) fn is_given_up(&self, candidate: Candidate) -> bool {
+        let errors = self.controllers.iter().map(|one| one.error_mm(self.is_judged).unwrap_or(f64::INFINITY));
+        let least = errors.fold(f64::INFINITY, f64::min);
+        let own = self.controllers.iter().find(|one| one.candidate == candidate);
+        let own = own.and_then(|one| one.error_mm(self.is_judged));
+        candidate.is_network() && own.is_some_and(|own| least.is_finite() && own > (1.0 + BEHIND) * least)
     }
 
-    /// Their errors, where there was a choice.
-    pub(super) fn errors(all: &[Self], chosen: usize) -> Vec<CandidateErrors> {
-        let errors = |(k, one): (usize, &Self)| CandidateErrors {
-            candidate: one.candidate,
-            stroke_rmse_mm: one.fitted.report.together().last().copied().unwrap_or(f64::NAN),
-            tip_rmse_mm: one.tip_mm,
-            is_chosen: k == chosen,
+    /// The one to use: the simplest whose error is no more than [`SAME`] above the least, of those that no fold is missing of;
+    /// the last where none has an error.
+    pub(super) fn best(&self) -> usize {
+        let most = self.controllers.iter().map(|one| one.reports.len()).max().unwrap_or(0);
+        let errors = self
+            .controllers
+            .iter()
+            .map(|one| one.error_mm(self.is_judged).filter(|_| one.reports.len() == most));
+        simplest_of_the_best(&errors.collect::<Vec<_>>())
+    }
+
+    /// Their errors, where there was a choice or there were folds.
+    pub(super) fn errors(&self, chosen: usize) -> Vec<CandidateErrors> {
+        let errors = |(k, one): (usize, &ComparedController)| {
+            let tip = one.tip();
+            CandidateErrors {
+                candidate: one.candidate,
+                stroke_rmse_mm: one.stroke_mm(),
+                tip_rmse_mm: tip.map(|(error, _)| error),
+                tip_standard_error_mm: tip.and_then(|(_, standard)| standard),
+                folds: one.reports.len(),
+                is_chosen: k == chosen,
+            }
         };
-        if all.len() > 1 { all.iter().enumerate().map(errors).collect() } else { Vec::new() }
+        let is_compared = self.controllers.len() > 1 || self.n_folds > 1;
+        if is_compared { self.controllers.iter().enumerate().map(errors).collect() } else { Vec::new() }
     }
 }
 

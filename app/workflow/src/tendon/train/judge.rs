@@ -6,7 +6,7 @@
 //! makes either way cancel.
 
 use hysteron_base::{Channel, Metadata, Recording, parallel};
-use hysteron_control::inverse::{Axes, Dataset, Demonstration, InverseModel, TipPosition};
+use hysteron_control::inverse::{Axes, Demonstration, Folds, InverseModel, TipPosition};
 use hysteron_twin::Twin;
 use hysteron_twin::synthetic::{RecordedStrokes, SyntheticOutcome, synthesise};
 
@@ -23,19 +23,34 @@ pub(super) struct Judge {
     pub(super) scene_hash: String,
     /// Coordinates of the tips.
     pub(super) axes: Axes,
-    /// Where they brought the tip, of each validation demonstration (n_samples) [m]; none where it could not follow.
-    recorded: Vec<Option<Vec<TipPosition>>>,
+    /// Where they brought the tip, of each demonstration (n_samples) [m]; none where it could not follow.
+    recorded: Vec<FollowedStrokes>,
+}
+
+/// A demonstration, and where its strokes bring the twin.
+struct FollowedStrokes {
+    name: String,
+    tips: Option<Vec<TipPosition>>,
+}
+
+/// Squared distances of the samples of a recording that were measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Squares {
+    /// Their sum [m²].
+    sum: f64,
+    /// Their number.
+    count: f64,
 }
 
 impl Judge {
-    /// The twin of the scene that was named, after it has followed the strokes of all recordings of `data`, which get their
+    /// The twin of the scene that was named, after it has followed the strokes of all recordings of `folds`, which get their
     /// Jacobians by it, so that a network learns what its strokes do to the tip. None where no scene was named.
     ///
     /// # Errors
     /// A scene or a checkpoint that cannot be read, or that do not belong together; recordings of another robot.
     pub(super) fn of(
         options: &Options,
-        data: &mut Dataset,
+        folds: &mut Folds,
         context: &Context,
     ) -> anyhow::Result<Option<Self>> {
         let Some(path) = &options.scene else { return Ok(None) };
@@ -43,61 +58,66 @@ impl Judge {
         let twin = Twin::from_scene(&scene)?;
         let network =
             options.residual.as_deref().map(|path| Network::read(path, &scene, &twin)).transpose()?;
-        let mut judge = Self { twin, network, scene_hash: scene.hash, axes: data.axes, recorded: Vec::new() };
-        judge.follow(&mut data.training, context)?;
-        judge.recorded = judge.follow(&mut data.validation, context)?;
+        let axes = folds.all()[0].axes;
+        let mut judge = Self { twin, network, scene_hash: scene.hash, axes, recorded: Vec::new() };
+        judge.recorded = judge.follow(folds.all_mut(), context)?;
         Ok(Some(judge))
     }
 
-    fn follow(
-        &self,
-        all: &mut [Demonstration],
-        context: &Context,
-    ) -> anyhow::Result<Vec<Option<Vec<TipPosition>>>> {
+    fn follow(&self, all: &mut [Demonstration], context: &Context) -> anyhow::Result<Vec<FollowedStrokes>> {
         let is_new = |one: &Demonstration| one.jacobian.is_empty();
         let strokes = all.iter().map(|one| is_new(one).then(|| one.strokes.clone())).collect::<Vec<_>>();
         let found = self.moved(all, &strokes, context)?;
         let kept = all.iter_mut().zip(found).map(|(one, moved)| {
             // Synthetic data are the twin's own.
-            let Some(moved) = moved else { return (!is_new(one)).then(|| one.tip.clone()) };
-            one.jacobian = moved.jacobian;
-            Some(moved.tip)
+            let own = (!is_new(one)).then(|| one.tip.clone());
+            let tips = moved.map(|moved| {
+                one.jacobian = moved.jacobian;
+                moved.tip
+            });
+            FollowedStrokes { name: one.name.clone(), tips: tips.or(own) }
         });
         Ok(kept.collect())
     }
 
+    fn recorded(&self, one: &Demonstration) -> Option<&[TipPosition]> {
+        self.recorded.iter().find(|followed| followed.name == one.name)?.tips.as_deref()
+    }
+
     /// Distance of the tip that the recorded strokes bring the twin to from the one that was measured, root mean square over
-    /// the validation [mm]: the error of the robot where the twin leads its own tip along the path. None where it cannot follow.
+    /// some demonstrations [mm]: the error of the robot where the twin leads its own tip along the path. None where it cannot follow.
     /// Its residual networks may have learned from these recordings, so that the error is at least theirs in their own validation.
-    pub(super) fn own_error_mm(&self, validation: &[Demonstration]) -> Option<f64> {
-        let pairs = validation.iter().zip(&self.recorded);
-        let of = pairs.map(|(one, made)| Some(squares(one, made.as_deref()?, &one.tip)));
-        let here = root_mean_mm(&of.collect::<Option<Vec<_>>>()?);
+    pub(super) fn own_error_mm<'a>(
+        &self,
+        validation: impl Iterator<Item = &'a Demonstration>,
+    ) -> Option<f64> {
+        let of = validation.map(|one| Some(Squares::of(one, self.recorded(one)?, &one.tip)));
+        let (here, _) = Squares::root_mean_mm(&of.collect::<Option<Vec<_>>>()?);
         let residual =
             self.network.as_ref().and_then(|network| network.model().training.validation_error_mm());
         Some(residual.map_or(here, |residual| here.max(residual)))
     }
 
-    /// Distance of the tips that a controller's strokes and the recorded ones bring the twin to, root mean square over
-    /// the validation [mm]. None where the twin cannot follow.
+    /// Distances of the tips that a controller's strokes and the recorded ones bring the twin to, by demonstration. None where
+    /// the twin cannot follow.
     ///
     /// # Errors
     /// Those of the model; an interruption.
-    pub(super) fn tip_error_mm(
+    pub(super) fn tip_errors(
         &self,
         model: &InverseModel,
         validation: &[Demonstration],
         context: &Context,
-    ) -> anyhow::Result<Option<f64>> {
+    ) -> anyhow::Result<Vec<Option<Squares>>> {
         let command = |one: &Demonstration| -> anyhow::Result<Option<Vec<f64>>> {
             Ok(Some(model.command(&one.tip, model.limits, &mut |_| true)?.strokes))
         };
         let strokes = validation.iter().map(command).collect::<anyhow::Result<Vec<_>>>()?;
         let found = self.moved(validation, &strokes, context)?;
-        let sums = found.iter().zip(&self.recorded).zip(validation);
-        let sums =
-            sums.map(|((moved, made), one)| Some(squares(one, &moved.as_ref()?.tip, made.as_deref()?)));
-        Ok(sums.collect::<Option<Vec<_>>>().map(|sums| root_mean_mm(&sums)))
+        let errors = found.iter().zip(validation);
+        Ok(errors
+            .map(|(moved, one)| Some(Squares::of(one, &moved.as_ref()?.tip, self.recorded(one)?)))
+            .collect())
     }
 
     /// The demonstrations that the twin gives with these strokes; none where there are none, or it cannot follow.
@@ -149,16 +169,27 @@ impl Judge {
     }
 }
 
-/// Sum of the squared distances of samples that were measured [m²], and their number.
-fn squares(one: &Demonstration, tips: &[TipPosition], goals: &[TipPosition]) -> (f64, f64) {
-    let samples = tips.iter().zip(goals).zip(&one.gap).filter(|(_, gap)| !**gap);
-    samples.fold((0.0, 0.0), |(sum, count), ((tip, goal), _)| {
-        let square = (0..one.axes.len()).map(|c| (tip[c] - goal[c]).powi(2)).sum::<f64>();
-        (sum + square, count + 1.0)
-    })
-}
+impl Squares {
+    fn of(one: &Demonstration, tips: &[TipPosition], goals: &[TipPosition]) -> Self {
+        let samples = tips.iter().zip(goals).zip(&one.gap).filter(|(_, gap)| !**gap);
+        let (sum, count) = samples.fold((0.0, 0.0), |(sum, count), ((tip, goal), _)| {
+            let square = (0..one.axes.len()).map(|c| (tip[c] - goal[c]).powi(2)).sum::<f64>();
+            (sum + square, count + 1.0)
+        });
+        Self { sum, count }
+    }
 
-fn root_mean_mm(sums: &[(f64, f64)]) -> f64 {
-    let (square, count) = sums.iter().fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
-    1e3 * (square / f64::max(count, 1.0)).sqrt()
+    /// Root of the mean over all samples, and its standard error from the differences between recordings, of which one says
+    /// nothing of it [mm].
+    pub(super) fn root_mean_mm(all: &[Self]) -> (f64, Option<f64>) {
+        let count = all.iter().map(|one| one.count).sum::<f64>().max(1.0);
+        let mean = all.iter().map(|one| one.sum).sum::<f64>() / count;
+        let n = all.len() as f64;
+        // Of a ratio of sums: each recording's part of the sum beyond that which its length gives it.
+        let off = |one: &Self| (n / count * (one.sum - mean * one.count)).powi(2);
+        let variance = all.iter().map(off).sum::<f64>() / (n * (n - 1.0));
+        let root = mean.sqrt();
+        let standard = (all.len() > 1 && root > 0.0).then(|| 1e3 * 0.5 * variance.sqrt() / root);
+        (1e3 * root, standard)
+    }
 }

@@ -9,6 +9,6 @@ mod page;
 mod run;
 
 pub use compared::CandidateErrors;
-pub use options::{Options, Weights};
+pub use options::{ControllerName, Options, Weights};
 pub use outcome::Outcome;
 pub use run::run;

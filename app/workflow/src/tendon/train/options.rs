@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use hysteron_base::BadInput;
+use hysteron_control::inverse::Candidate;
 
 use crate::shared::body::RobotBodyOptions;
 use crate::shared::paper_design::{DesignName, PaperDesign};
@@ -18,9 +19,8 @@ pub struct Options {
     /// Checkpoint to write, .safetensors
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub out: PathBuf,
-    /// Scene of the robot (scene.toml): its twin compares the static regression, the network of the recordings alone and the
-    /// network of all data on the validation recordings, by what their strokes do to its tip; the simplest that is within 5 % of
-    /// the best is written, and where the twin itself is better still, the checkpoint names it; recurrent only
+    /// Scene of the robot (scene.toml): its twin compares the controllers by what their strokes do to its tip, and where it is
+    /// better itself, the checkpoint names it; without it they are compared by their strokes; recurrent only
     #[cfg_attr(feature = "clap", arg(long, value_name = "SCENE"))]
     pub scene: Option<PathBuf>,
     /// Checkpoint by hysteron fit-residual, of the same scene
@@ -40,6 +40,18 @@ pub struct Options {
     /// found from the strokes]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", value_delimiter = ','))]
     pub held_out: Vec<String>,
+    /// Controllers to compare on recordings that they did not learn from: the simplest that is within 5 % of the best is fitted to
+    /// all data and written [default: all; the network alone for the paper's design, and for recordings with synthetic data
+    /// without --scene]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, alias = "baseline", value_enum, value_name = "NAME", value_delimiter = ',')
+    )]
+    pub candidates: Vec<ControllerName>,
+    /// Folds of the recordings, each of which is left out in one; 1: a single split, with nothing fitted to all data afterwards
+    /// [default: 3 where controllers are compared, else 1]; recurrent only
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", conflicts_with = "held_out", value_parser = crate::shared::number::count::<MAX_FOLDS>))]
+    pub folds: Option<usize>,
     /// Epochs at most [default: 30]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_EPOCHS }>))]
     pub epochs: Option<usize>,
@@ -64,6 +76,37 @@ pub struct Options {
     pub seed: u64,
 }
 
+/// More folds than anyone has recordings for.
+#[cfg(feature = "clap")]
+const MAX_FOLDS: usize = 1000;
+/// Folds where controllers are compared.
+const FOLDS: usize = 3;
+
+/// A controller to compare.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum ControllerName {
+    /// Cubic polynomials of the tip some time later
+    StaticRegression,
+    /// Kernel regression of what these leave, on features of the path
+    KernelRegression,
+    /// The network, of the recordings of the rig alone
+    RecordedNetwork,
+    /// The network, of all data
+    Network,
+}
+
+impl ControllerName {
+    pub(super) fn candidate(self) -> Candidate {
+        match self {
+            Self::StaticRegression => Candidate::StaticRegression,
+            Self::KernelRegression => Candidate::KernelRegression,
+            Self::RecordedNetwork => Candidate::RecordedNetwork,
+            Self::Network => Candidate::Network,
+        }
+    }
+}
+
 /// Number type of the weights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
@@ -85,9 +128,20 @@ impl Options {
         if self.design == DesignName::Paper && self.scene.is_some() {
             return Err(BadInput::new("--scene", "the recurrent design", "the paper's"));
         }
+        let is_only_network = self.candidates.iter().all(|name| *name == ControllerName::Network);
+        if self.design == DesignName::Paper && (!is_only_network || self.folds.unwrap_or(1) > 1) {
+            let option = if is_only_network { "--folds" } else { "--candidates" };
+            return Err(BadInput::new(option, "the recurrent design", "the paper's"));
+        }
         if self.design == DesignName::Paper && self.weights != Weights::Float32 {
             return Err(BadInput::new("--weights", "the recurrent design", "the paper's"));
         }
         Ok(())
+    }
+
+    /// Folds for so many controllers.
+    pub(super) fn n_folds(&self, n_candidates: usize) -> usize {
+        let default = if n_candidates > 1 && self.held_out.is_empty() { FOLDS } else { 1 };
+        self.folds.unwrap_or(default)
     }
 }

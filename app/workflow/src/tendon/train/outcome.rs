@@ -2,13 +2,13 @@
 
 use hysteron_base::checks::Warning;
 use hysteron_base::number::digits;
-use hysteron_control::inverse::{Candidate, Dataset, InverseTraining, LeadingTwin};
+use hysteron_control::inverse::{Folds, InverseTraining, LeadingTwin};
 use hysteron_learn::FitReport;
 use hysteron_report::verdict::{Criterion, Verdict};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::compared::{CandidateErrors, ComparedController, SAME};
+use super::compared::{CandidateErrors, ComparedController, Comparison, SAME};
 use crate::shared::outcome::MetricsFormat;
 use crate::shared::recording_checks::Findings;
 use crate::shared::training;
@@ -54,27 +54,30 @@ impl crate::shared::outcome::Outcome for Outcome {
 
 impl Outcome {
     pub(super) fn new(
-        data: &Dataset,
-        (compared, chosen, twin_tip_rmse_mm): (&[ComparedController], usize, Option<f64>),
+        folds: &Folds,
+        (comparison, candidates, twin_tip_rmse_mm): (&Comparison, Vec<CandidateErrors>, Option<f64>),
+        training: &InverseTraining,
         findings: &Findings,
         context: &Context,
     ) -> Self {
-        let candidates = ComparedController::errors(compared, chosen);
-        let networks: Vec<FitReport> = compared
+        let networks: Vec<FitReport> = comparison
+            .controllers
             .iter()
-            .filter(|one| one.candidate != Candidate::StaticRegression)
-            .map(|one| one.fitted.report.clone())
+            .filter(|one| one.candidate.is_network() || comparison.controllers.len() == 1)
+            .map(ComparedController::report)
             .collect();
-        let training = compared[chosen].fitted.model.training.clone();
-        let judged = judged(&candidates, training.twin.as_ref(), data.validation.len());
-        // What strokes alone say is no warning where the tip was judged.
+        let judged = judged(&candidates, training.twin.as_ref(), folds.validated().count());
+        // A network that loses is not used where controllers are compared.
         let mut warnings = if judged.is_some() { Vec::new() } else { training::losses(&networks) };
         if training.twin.is_none() {
             warnings.extend(better_twin(&candidates, twin_tip_rmse_mm));
         }
-        for (kind, names) in data.unvalidated() {
-            let names = names.join(", ");
-            warnings.push(format!("motion of kind {kind} is learned from and validated on nowhere: {names}"));
+        if folds.len() == 1 {
+            for (kind, names) in folds.fold(0).unvalidated() {
+                let names = names.join(", ");
+                warnings
+                    .push(format!("motion of kind {kind} is learned from and validated on nowhere: {names}"));
+            }
         }
         Self {
             format: MetricsFormat,
@@ -85,7 +88,7 @@ impl Outcome {
             networks,
             warnings,
             recording_warnings: findings.warnings().to_vec(),
-            training,
+            training: training.clone(),
             command: context.command.clone(),
             commit: COMMIT.to_owned(),
         }
@@ -95,25 +98,29 @@ impl Outcome {
 impl Outcome {
     /// Lines that compare the controllers, and the twin that compared them.
     pub(super) fn comparison(&self) -> Vec<String> {
-        let rows = self.rows();
-        rows.iter()
-            .map(|[name, strokes, tip]| format!("{name}: tip {tip} mm, strokes {strokes} mm"))
-            .collect()
+        let line = |[name, strokes, tip]: &[String; 3]| match &tip[..] {
+            "-" => format!("{name}: strokes {strokes} mm"),
+            _ => format!("{name}: tip {tip} mm, strokes {strokes} mm"),
+        };
+        self.rows().iter().map(line).collect()
     }
 
     /// Name, error of the strokes and error at the tip [mm] of every controller, and of the twin where one compared them.
     pub(super) fn rows(&self) -> Vec<[String; 3]> {
+        let most = self.candidates.iter().map(|one| one.folds).max().unwrap_or(1);
         let shown = |error: Option<f64>| error.map_or("-".to_owned(), digits);
-        let mut rows: Vec<[String; 3]> = self
-            .candidates
-            .iter()
-            .map(|one| {
-                let mark = if one.is_chosen { ", written" } else { "" };
-                let name = format!("{}{mark}", one.candidate.name());
-                [name, digits(one.stroke_rmse_mm), shown(one.tip_rmse_mm)]
-            })
-            .collect();
-        if !rows.is_empty() {
+        let row = |one: &CandidateErrors| {
+            let mark = match one {
+                one if one.is_chosen => ", written".to_owned(),
+                one if one.folds < most => format!(", given up after {} of {most} folds", one.folds),
+                _ => String::new(),
+            };
+            let name = format!("{}{mark}", one.candidate.name());
+            let standard = one.tip_standard_error_mm.map_or(String::new(), |mm| format!(" ± {}", digits(mm)));
+            [name, digits(one.stroke_rmse_mm), format!("{}{standard}", shown(one.tip_rmse_mm))]
+        };
+        let mut rows: Vec<[String; 3]> = self.candidates.iter().map(row).collect();
+        if !rows.is_empty() && self.twin_tip_rmse_mm.is_some() {
             let mark = if self.training.twin.is_some() { ", leads command and track" } else { "" };
             rows.push([format!("the twin itself{mark}"), shown(None), shown(self.twin_tip_rmse_mm)]);
         }
@@ -121,31 +128,34 @@ impl Outcome {
     }
 }
 
-/// Whether the best of the controllers that the twin compared can be used; none where it compared none.
+/// Whether the best of the controllers that were compared can be used; none where there was no comparison.
 fn judged(
     candidates: &[CandidateErrors],
     twin: Option<&LeadingTwin>,
     n_validation: usize,
 ) -> Option<Verdict> {
     let chosen = candidates.iter().find(|one| one.is_chosen)?;
-    let of_chosen = chosen.tip_rmse_mm?;
-    let (leader, tip) =
+    let is_at_tip = candidates.iter().any(|one| one.tip_rmse_mm.is_some());
+    let error = |one: &CandidateErrors| if is_at_tip { one.tip_rmse_mm } else { Some(one.stroke_rmse_mm) };
+    let (what, of_chosen) = (if is_at_tip { "the tip" } else { "strokes" }, error(chosen)?);
+    let (leader, own) =
         twin.map_or((chosen.candidate.name(), of_chosen), |twin| ("twin itself", twin.tip_rmse_mm));
     let next = match twin {
         Some(_) => format!(", the {} within {} mm", chosen.candidate.name(), digits(of_chosen)),
         None => String::new(),
     };
+    let verb = if is_at_tip { "leads" } else { "finds" };
     let claim = format!(
-        "the {leader} leads the tip within {} mm on recordings that it did not learn from{next}",
-        digits(tip)
+        "the {leader} {verb} {what} within {} mm on recordings that it did not learn from{next}",
+        digits(own)
     );
     let mut verdict = Verdict::on(claim);
     let simplest = candidates.first().filter(|one| twin.is_some() || !one.is_chosen);
-    if let Some((simplest, baseline)) = simplest.and_then(|one| Some((one, one.tip_rmse_mm?))) {
+    if let Some((simplest, baseline)) = simplest.and_then(|one| Some((one, error(one)?))) {
         verdict = verdict.because(
             Criterion::ErrorOverBaseline,
-            ratio(tip, baseline),
-            format!("the {} leads it within {} mm", simplest.candidate.name(), digits(baseline)),
+            ratio(own, baseline),
+            format!("the {} {verb} {what} within {} mm", simplest.candidate.name(), digits(baseline)),
         );
     }
     Some(repeated(verdict, n_validation, "recording in validation").verdict())

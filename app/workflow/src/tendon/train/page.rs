@@ -12,13 +12,16 @@ use crate::shared::training::TrainingPage;
 /// Files that cannot be written.
 pub(super) fn write(folder: &ReportFolder, outcome: &Outcome) -> anyhow::Result<()> {
     folder.write_metrics(outcome)?;
-    let count = |of: fn(&hysteron_learn::FitReport) -> usize| outcome.networks.last().map_or(0, of);
+    let training = &outcome.training;
+    let validated = match training.folds {
+        Some(n) => format!("each left out of one of {n} fits that the errors are of"),
+        None => format!("and {} to validate on and stop by", training.held_out.len()),
+    };
     let page = TrainingPage {
         title: "Inverse controller",
         about: format!(
-            "From the path of a tip to strokes: {} recordings to learn from, {} to validate on and stop by.",
-            count(|report| report.training.len()),
-            count(|report| report.validation.len()),
+            "From the path of a tip to strokes: {} recordings to learn from, {validated}.",
+            training.trained_on.len(),
         ),
         verdict: &outcome.verdict,
         compared: outcome.rows(),

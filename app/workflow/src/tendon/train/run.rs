@@ -1,15 +1,17 @@
 //! The training of an inverse controller: recordings, data set, network, checkpoint, page.
 
+use std::path::PathBuf;
+
 use hysteron_base::BadInput;
 use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_control::inverse::{
-    Axes, Candidate, DataOrigin, Dataset, Demonstration, FittedController, LossWeights, PUBLISHED,
-    RecurrentOptions, fit_recurrent, fit_regression, fit_windowed,
+    Axes, BaseMap, Candidate, DataOrigin, Dataset, Demonstration, FittedController, Folds, LossWeights,
+    PUBLISHED, RecurrentOptions, fit_base, fit_recurrent, fit_windowed,
 };
 use hysteron_learn::{Epoch, TrainingProgress, TrainingSession, WeightFormat};
 use hysteron_report::folder::ReportFolder;
 
-use super::compared::{ComparedController, candidates, training_file};
+use super::compared::{ComparedController, Comparison, candidates, training_file};
 use super::judge::Judge;
 use super::leading_twin::leading_twin;
 use super::options::{Options, Weights};
@@ -40,33 +42,29 @@ fn train(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     let outputs = outputs.file("--out", &options.out).report("--figures", Some(&figures));
     let _lock = outputs.check(context)?;
     let findings = recording_checks::of_inputs(&inputs, &CheckContext::new(Purpose::Fit))?;
-    let mut data = dataset(options, &inputs, context)?;
+    let (mut folds, candidates) = folds(options, &inputs, context)?;
     context.listen();
-    let judge = Judge::of(options, &mut data, context)?;
-    // What a robot does is in its recordings, where there are some.
-    let recorded = judge.as_ref().and_then(|_| data.only(DataOrigin::Real));
-    let candidates = candidates(options, &data, recorded.as_ref());
-    let files = candidates.iter().filter_map(|one| training_file(&options.out, *one)).collect();
-    let unfinished = Unfinished::new(&options.out, files);
-    let mut compared: Vec<ComparedController> = Vec::new();
-    for candidate in candidates {
-        let known = recorded.as_ref().filter(|_| candidate != Candidate::Network).unwrap_or(&data);
-        let fitted = fit(candidate, options, known, context)?;
-        let is_finished = fitted.is_finished;
-        compared.push(ComparedController::new(candidate, fitted, judge.as_ref(), &data, context)?);
-        if !is_finished {
-            break;
-        }
+    let judge = Judge::of(options, &mut folds, context)?;
+    let unfinished = Unfinished::new(&options.out, training_files(options, &candidates, folds.len()));
+    let (comparison, mut is_finished) = compared(options, (&folds, &candidates), judge.as_ref(), context)?;
+    let chosen = comparison.best();
+    let errors = comparison.errors(chosen);
+    let chosen = &comparison.controllers[chosen];
+    let mut model = chosen.last.model.clone();
+    if is_finished && folds.len() > 1 {
+        let fitted = fit_all(options, &folds, chosen, context)?;
+        is_finished = fitted.is_finished;
+        model = fitted.model;
     }
-    let is_finished = compared.iter().all(|one| one.fitted.is_finished);
-    let chosen = ComparedController::best(&compared);
-    let own_mm = judge.as_ref().and_then(|judge| judge.own_error_mm(&data.validation));
-    let twin = leading_twin(options, judge.as_ref(), compared[chosen].tip_mm, own_mm)?;
-    let model = &mut compared[chosen].fitted.model;
+    let own_mm = judge.as_ref().and_then(|judge| judge.own_error_mm(folds.validated()));
+    if judge.is_some() || !errors.is_empty() {
+        model.training.candidate = Some(chosen.candidate);
+    }
+    let tip_mm = errors.iter().find(|one| one.is_chosen).and_then(|one| one.tip_rmse_mm);
+    model.training.twin = leading_twin(options, judge.as_ref(), tip_mm, own_mm)?;
     model.training.provenance = Some(context.provenance());
-    model.training.twin = twin;
     model.write(&options.out)?;
-    let outcome = Outcome::new(&data, (&compared, chosen, own_mm), &findings, context);
+    let outcome = Outcome::new(&folds, (&comparison, errors, own_mm), &model.training, &findings, context);
     print(&outcome, context);
     page::write(&ReportFolder { path: &figures, png: false }, &outcome)?;
     context.reported(&figures);
@@ -74,24 +72,90 @@ fn train(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
+/// The files from which trainings resume: of every network for every fold, and for all data.
+fn training_files(options: &Options, candidates: &[Candidate], n_folds: usize) -> Vec<PathBuf> {
+    let folds: Vec<Option<usize>> = (0..n_folds).filter(|_| n_folds > 1).map(Some).chain([None]).collect();
+    let pairs = candidates.iter().flat_map(|one| folds.iter().map(move |fold| (*one, *fold)));
+    pairs.filter_map(|(candidate, fold)| training_file(&options.out, candidate, fold)).collect()
+}
+
+/// Every controller on what each fold left out, and whether all trainings came to their end.
+fn compared(
+    options: &Options,
+    (folds, candidates): (&Folds, &[Candidate]),
+    judge: Option<&Judge>,
+    context: &Context,
+) -> anyhow::Result<(Comparison, bool)> {
+    let mut comparison = Comparison::new(judge.is_some(), folds.len());
+    for number in 0..folds.len() {
+        let data = folds.fold(number);
+        let fold = (folds.len() > 1).then_some(number);
+        if fold.is_some() {
+            tracing::info!("fold {} of {}", number + 1, folds.len());
+        }
+        // What a robot does is in its recordings, where there are some.
+        let recorded = data.only(DataOrigin::Real).filter(|_| candidates.len() > 1);
+        let given_up: Vec<Candidate> =
+            candidates.iter().copied().filter(|one| comparison.is_given_up(*one)).collect();
+        for &candidate in candidates.iter().filter(|one| !given_up.contains(one)) {
+            let known = known(&data, recorded.as_ref(), candidate);
+            let fitted = fit((candidate, fold), &recurrent(options, candidate), options, known, context)?;
+            let is_finished = fitted.is_finished;
+            comparison.add(candidate, fitted, judge, &data.validation, context)?;
+            if !is_finished {
+                return Ok((comparison, false));
+            }
+        }
+    }
+    Ok((comparison, true))
+}
+
+/// The data that a controller learns from.
+fn known<'a>(data: &'a Dataset, recorded: Option<&'a Dataset>, candidate: Candidate) -> &'a Dataset {
+    recorded.filter(|_| candidate != Candidate::Network).unwrap_or(data)
+}
+
+/// The controller that was chosen, fitted to all data, for as many epochs as the folds found, with the errors of these.
+fn fit_all(
+    options: &Options,
+    folds: &Folds,
+    chosen: &ComparedController,
+    context: &Context,
+) -> anyhow::Result<FittedController> {
+    let report = chosen.report();
+    let mut settings = recurrent(options, chosen.candidate);
+    settings.learning.ends_after = chosen.candidate.is_network().then_some(report.epochs.max(1));
+    let data = folds.whole();
+    let recorded = data.only(DataOrigin::Real);
+    let known = known(&data, recorded.as_ref(), chosen.candidate);
+    tracing::info!("{}, of all data", chosen.candidate.name());
+    let mut fitted = fit((chosen.candidate, None), &settings, options, known, context)?;
+    let error = |k: usize| report.channels.iter().map(|channel| channel.errors[k]).collect();
+    let training = &mut fitted.model.training;
+    (training.base_stroke_rmse_mm, training.held_out_stroke_rmse_mm) = (error(0), error(1));
+    training.folds = Some(folds.len());
+    Ok(fitted)
+}
+
 /// Fits a controller, or goes on from the file of its training.
 fn fit(
-    candidate: Candidate,
+    (candidate, fold): (Candidate, Option<usize>),
+    settings: &RecurrentOptions,
     options: &Options,
     data: &Dataset,
     context: &Context,
 ) -> anyhow::Result<FittedController> {
-    if options.scene.is_some() {
+    if options.design == DesignName::Recurrent {
         tracing::info!("{}", candidate.name());
     }
     let mut display = EpochDisplay { bar: None, context };
     let mut progress = |progress: &TrainingProgress| display.show(progress);
-    let file = training_file(&options.out, candidate);
+    let file = training_file(&options.out, candidate, fold);
     let mut session = TrainingSession { file: file.as_deref(), progress: &mut progress };
-    let fitted = match (candidate, options.design) {
-        (Candidate::StaticRegression, _) => fit_regression(data, &recurrent(options)),
-        (_, DesignName::Recurrent) => fit_recurrent(data, &recurrent(options), &mut session),
-        (_, DesignName::Paper) => {
+    let fitted = match options.design {
+        DesignName::Recurrent if candidate.is_network() => fit_recurrent(data, settings, &mut session),
+        DesignName::Recurrent => fit_base(data, settings),
+        DesignName::Paper => {
             let Options { epochs, hidden, seed, .. } = *options;
             fit_windowed(data, &options.paper.options(PUBLISHED, [epochs, hidden], seed), &mut session)
         }
@@ -100,7 +164,8 @@ fn fit(
     Ok(fitted?)
 }
 
-fn dataset(options: &Options, inputs: &[Input], context: &Context) -> anyhow::Result<Dataset> {
+/// The demonstrations in their folds, and the controllers to compare.
+fn folds(options: &Options, inputs: &[Input], context: &Context) -> anyhow::Result<(Folds, Vec<Candidate>)> {
     let axes = if options.spatial { Axes::Spatial } else { Axes::Planar };
     let usable =
         inputs.iter().filter(|input| matches!(inputs::role(input.recording.meta()), "" | "training"));
@@ -109,21 +174,29 @@ fn dataset(options: &Options, inputs: &[Input], context: &Context) -> anyhow::Re
             .map_err(|bad| bad.within(input.path.display()))
     });
     let all = demonstrations.collect::<Result<Vec<_>, BadInput>>()?;
-    let left_out = inputs.len() - all.len();
-    let data = Dataset::new(all, &options.held_out, options.seed)?;
-    let names: Vec<String> =
-        data.validation.iter().map(|one| format!("{} ({})", one.name, one.kind())).collect();
-    context.print(format_args!("validated on: {}", names.join(", ")));
+    let candidates = candidates(options, &all);
+    let folds = match options.n_folds(candidates.len()) {
+        1 => Folds::single(all, &options.held_out, options.seed)?,
+        n => Folds::new(all, n, options.seed)?,
+    };
+    let names: Vec<String> = folds.validated().map(|one| format!("{} ({})", one.name, one.kind())).collect();
+    let how = match folds.len() {
+        1 => String::new(),
+        n => format!(" in {n} folds, each left out once"),
+    };
+    context.print(format_args!("validated on{how}: {}", names.join(", ")));
+    let learned = if folds.len() > 1 { folds.whole() } else { folds.fold(0) };
     context.print(format_args!(
-        "trained on: {} real and {} synthetic recordings, {} samples; {left_out} skipped by their role",
-        data.count(DataOrigin::Real),
-        data.count(DataOrigin::Synthetic),
-        data.training.iter().map(Demonstration::len).sum::<usize>(),
+        "trained on: {} real and {} synthetic recordings, {} samples; {} skipped by their role",
+        learned.count(DataOrigin::Real),
+        learned.count(DataOrigin::Synthetic),
+        learned.training.iter().map(Demonstration::len).sum::<usize>(),
+        inputs.len() - folds.all().len(),
     ));
-    Ok(data)
+    Ok((folds, candidates))
 }
 
-fn recurrent(options: &Options) -> RecurrentOptions {
+fn recurrent(options: &Options, candidate: Candidate) -> RecurrentOptions {
     let default = RecurrentOptions::default();
     let co_contraction_min_m =
         options.co_contraction_min_mm.map_or(default.loss.co_contraction_min_m, |mm| 1e-3 * mm);
@@ -134,6 +207,7 @@ fn recurrent(options: &Options) -> RecurrentOptions {
             Weights::Float32 => WeightFormat::Float32,
             Weights::Int16 => WeightFormat::Int16,
         },
+        base: if candidate == Candidate::KernelRegression { BaseMap::Kernel } else { default.base },
         seed: options.seed,
         ..default
     }
