@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use rand::Rng;
-use rand::seq::IndexedRandom;
+use rand::seq::{IndexedRandom, SliceRandom};
 
 /// Kind of motion, as far as its strokes show it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -153,6 +153,18 @@ pub fn draw_validation(kinds: &[String], stream: &mut impl Rng) -> Vec<usize> {
     }
     drawn.sort_unstable();
     drawn
+}
+
+/// Deals trajectories of these kinds out to `n` folds: those of a kind to different ones, as far as there are enough.
+pub fn deal_folds(kinds: &[String], n: usize, stream: &mut impl Rng) -> Vec<Vec<usize>> {
+    let mut order: Vec<usize> = (0..kinds.len()).collect();
+    order.shuffle(stream);
+    // Those of a kind come one after the other, and so into different folds.
+    order.sort_by_key(|&k| &kinds[k]);
+    let mut folds = vec![Vec::new(); n];
+    order.iter().enumerate().for_each(|(place, &k)| folds[place % n].push(k));
+    folds.iter_mut().for_each(|fold| fold.sort_unstable());
+    folds
 }
 
 #[cfg(test)]

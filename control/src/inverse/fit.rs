@@ -86,7 +86,8 @@ impl FitOutcome {
             training,
         };
         if model.weights != WeightFormat::Float32 {
-            let [stroke_rmse_mm, stroke_largest_mm] = weight_error_mm(&model, &data.validation)?;
+            let paths = if data.validation.is_empty() { &data.training } else { &data.validation };
+            let [stroke_rmse_mm, stroke_largest_mm] = weight_error_mm(&model, paths)?;
             let format = model.weights;
             model.training.weights = Some(WeightErrors { format, stroke_rmse_mm, stroke_largest_mm });
         }
@@ -101,6 +102,7 @@ impl FitOutcome {
             name: format!("stroke {}", k + 1),
             errors: vec![base_mm[k], self.held_out_mm[k]],
         };
+        let n_channels = if data.validation.is_empty() { 0 } else { data.n_tendons };
         FitReport {
             training: names(&data.training),
             validation: names(&data.validation),
@@ -108,7 +110,7 @@ impl FitOutcome {
             epochs: self.result.epochs,
             unit: Cow::Borrowed("mm"),
             methods: vec![(*base).to_owned(), "network".to_owned()],
-            channels: (0..data.n_tendons).map(channel).collect(),
+            channels: (0..n_channels).map(channel).collect(),
         }
     }
 }

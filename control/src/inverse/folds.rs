@@ -1,10 +1,10 @@
 //! Cross-validation: demonstrations, and which of them are left out together.
 
 use hysteron_base::{BadInput, rng};
-use rand::seq::SliceRandom;
 
 use super::dataset::check_alike;
 use super::{DataOrigin, Dataset, Demonstration};
+use crate::split::deal_folds;
 
 /// Demonstrations of one robot, in folds of whole trajectories.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,17 +35,14 @@ impl Folds {
         check_alike(&all)?;
         let is_real = all.iter().any(|one| one.origin == DataOrigin::Real);
         let is_usable = |one: &Demonstration| !is_real || one.origin == DataOrigin::Real;
-        let mut usable: Vec<usize> = (0..all.len()).filter(|&k| is_usable(&all[k])).collect();
+        let usable: Vec<usize> = (0..all.len()).filter(|&k| is_usable(&all[k])).collect();
         let n = n.min(usable.len());
         if n < 2 {
             return Self::single(all, &[], seed);
         }
-        usable.shuffle(&mut rng(seed, "inverse/folds"));
-        // Those of a kind come one after the other, and so into different folds.
-        usable.sort_by_key(|&k| all[k].kind());
-        let mut left_out = vec![Vec::new(); n];
-        usable.iter().enumerate().for_each(|(place, &k)| left_out[place % n].push(k));
-        left_out.iter_mut().for_each(|part| part.sort_unstable());
+        let kinds: Vec<String> = usable.iter().map(|&k| all[k].kind()).collect();
+        let dealt = deal_folds(&kinds, n, &mut rng(seed, "inverse/folds"));
+        let left_out = dealt.into_iter().map(|fold| fold.into_iter().map(|k| usable[k]).collect()).collect();
         Ok(Self { all, left_out })
     }
 

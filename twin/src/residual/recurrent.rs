@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use hysteron_base::{BadInput, parallel, rng};
 use hysteron_learn::{
     ChannelErrors, ChannelRange, FitReport, FitResult, Member, Network, Normaliser, SequenceOptions,
-    SequenceTask,
+    SequenceTask, mean,
 };
 use rand::RngExt;
 use serde::Serialize;
@@ -24,19 +24,20 @@ use super::{
 };
 use crate::Result;
 
-/// Trains a network for each set of `held_out`, on all `sequences` but those, keeps its weights that do best on those
-/// (indices into `sequences`), and gives one network that is the mean of all: what chance makes of one training, the
-/// others take out. Networks are trained in parallel, each with a session of its own, and each with ranges and a
-/// linear part of what it learns from alone. A part that gains nothing in validation is left out of the model, and so is a network
-/// that does worse there than the twin alone. The decoder, of which there is one, is fitted to what no network holds
-/// out; where nothing is left, to all, for it is made of the twin's sensitivities and not of the measured tip.
+/// Trains a network for each set of `held_out`, on all `sequences` but those, and keeps its weights that do best on those
+/// (indices into `sequences`). A part that gains nothing there is left out of the model. With `n_of_all` that many networks then learn
+/// from all sequences, for as many epochs as the others took in the mean; without, the others are used but for those that do worse
+/// in validation than the twin alone. The model is the mean of its networks: what chance makes of one training, the others take out.
+/// Networks are trained in parallel, each with a session of its own, and each with ranges and a linear part of what it learns from
+/// alone. The decoder, of which there is one, is fitted to what no network holds out; where nothing is left, to all, for it is made of
+/// the twin's sensitivities and not of the measured tip.
 ///
 /// # Errors
 /// Options out of range; sequences of different robots; a set of `held_out` without sequences, or with all of them;
 /// a file of another training; training that leaves finite numbers, or that is ended before its first epoch is done.
 pub fn fit_recurrent(
     sequences: &[Sequence],
-    held_out: &[Vec<usize>],
+    (held_out, n_of_all): (&[Vec<usize>], usize),
     scene_hash: &str,
     options: &RecurrentOptions,
     sessions: &Sessions<'_>,
@@ -56,21 +57,30 @@ pub fn fit_recurrent(
         feedback: options.feedback,
         step_s: first.step,
     };
-    let n_networks = held_out.len().min(rayon::current_num_threads());
+    let n_networks = held_out.len().max(n_of_all).min(rayon::current_num_threads());
     let architecture = options.learning.architecture(spec.len(), 3);
     architecture.check_training([options.learning.truncation, sequences.len()], n_networks)?;
     let setting = NetworkInputs { sequences, scene_hash, options, sessions, spec: &spec, decoder: &decoder };
     let numbered: Vec<_> = held_out.iter().enumerate().collect();
-    let members = parallel::try_map(&numbered, |(number, held_out)| setting.member(*number, held_out))?;
-    let is_finished = members.iter().all(|member| member.result.is_finished);
+    let members = parallel::try_map(&numbered, |(number, held_out)| setting.member(*number, held_out, None))?;
+    let mut is_finished = members.iter().all(|member| member.result.is_finished);
     let reports: Vec<FitReport> = members.iter().map(|member| member.report.clone()).collect();
     let part = ResidualPart::best(&reports);
-    let summaries = members.iter().map(|member| member.summary(part)).collect();
-    let kept = members
-        .into_iter()
-        .enumerate()
-        .filter(|(k, member)| part == ResidualPart::Nothing && *k == 0 || part.gains(&member.report));
-    let kept = kept.map(|(_, member)| setting.with_part(part, member)).collect::<Result<Vec<_>>>()?;
+    let is_of_all = is_finished && n_of_all > 0;
+    let mut summaries: Vec<TrainedMember> = members.iter().map(|member| member.summary(part)).collect();
+    let used = if is_of_all {
+        summaries.iter_mut().for_each(|member| member.is_kept = part != ResidualPart::Nothing);
+        let of_all = setting.of_all(part, (held_out.len(), n_of_all), &summaries)?;
+        is_finished = of_all.iter().all(|member| member.result.is_finished);
+        of_all
+    } else {
+        let is_used = |(k, member): &(usize, TrainedNetwork)| {
+            part == ResidualPart::Nothing && *k == 0 || part.gains(&member.report)
+        };
+        members.into_iter().enumerate().filter(is_used).map(|(_, member)| member).collect()
+    };
+    let n_used = used.len();
+    let kept = used.into_iter().map(|member| setting.with_part(part, member)).collect::<Result<Vec<_>>>()?;
     let parts = kept.iter().map(|TrainedNetwork { result, inputs, outputs, .. }| Member {
         network: &result.model,
         inputs,
@@ -97,6 +107,7 @@ pub fn fit_recurrent(
             sequences: names(sequences),
             members: summaries,
             part: Some(part),
+            networks_of_all: is_of_all.then_some(n_used),
             ..ResidualTraining::default()
         },
     };
@@ -169,12 +180,32 @@ impl NetworkInputs<'_> {
         Ok(member)
     }
 
-    /// Fits ranges, linear part and network to all sequences but those `held_out`.
-    fn member(&self, number: usize, held_out: &[usize]) -> Result<TrainedNetwork> {
-        let Self { sequences, options, spec, .. } = *self;
+    /// Networks of all sequences, numbered from `first` on, for as many epochs as others took in the mean. Where no network is
+    /// used, one that is as good as not trained.
+    fn of_all(
+        &self,
+        part: ResidualPart,
+        (first, n): (usize, usize),
+        others: &[TrainedMember],
+    ) -> Result<Vec<TrainedNetwork>> {
+        let epochs: Vec<f64> = others.iter().map(|member| member.epochs as f64).collect();
+        let (n, epochs) = match part {
+            ResidualPart::Network => (n, (mean(&epochs).round() as usize).max(1)),
+            ResidualPart::Linear | ResidualPart::Nothing => (1, 1),
+        };
+        let numbers: Vec<usize> = (first..first + n).collect();
+        parallel::try_map(&numbers, |number| self.member(*number, &[], Some(epochs)))
+    }
+
+    /// Fits ranges, linear part and network to all sequences but those `held_out`, which choose its weights, or where `ends_after`
+    /// says after how many epochs.
+    fn member(&self, number: usize, held_out: &[usize], ends_after: Option<usize>) -> Result<TrainedNetwork> {
+        let Self { sequences, spec, .. } = *self;
+        let learning = SequenceOptions { ends_after, ..self.options.learning };
+        let options = &RecurrentOptions { learning, ..self.options.clone() };
         let (validation, training): (Vec<usize>, Vec<usize>) =
             (0..sequences.len()).partition(|k| held_out.contains(k));
-        if training.is_empty() || validation.is_empty() {
+        if training.is_empty() || validation.is_empty() && ends_after.is_none() {
             let found = format!("{} and {}", training.len(), validation.len());
             return Err(BadInput::new("sequences for training and validation", "some of each", found).into());
         }
@@ -212,6 +243,9 @@ impl NetworkInputs<'_> {
         let baselines = validation.iter().map(|&k| all[k].squares(&linear)).collect();
         drop(all);
         let result = self.sessions.fit(number, &mut task, network, &identity)?;
+        let mut squares = task.evaluate(&result.model)?.squares;
+        // Of no sample there are none.
+        squares.resize(3, 0.0);
         let report = FitReport {
             training: listed(&training),
             validation: listed(&validation),
@@ -219,7 +253,7 @@ impl NetworkInputs<'_> {
             epochs: result.epochs,
             unit: Cow::Borrowed("mm"),
             methods: ResidualPart::ALL.map(|part| part.name().to_owned()).to_vec(),
-            channels: channel_errors(baselines, &task.evaluate(&result.model)?.squares),
+            channels: channel_errors(baselines, &squares),
         };
         Ok(TrainedNetwork { result, inputs, outputs, linear, report })
     }

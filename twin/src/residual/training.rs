@@ -24,6 +24,10 @@ pub struct ResidualTraining {
     /// The part that gains in validation, of the recurrent design; none in files of older programs, which hold the network.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part: Option<ResidualPart>,
+    /// Networks that learned from all recordings, for as many epochs as `members` took in the mean, whose errors are those of
+    /// validation; none where the networks are `members` themselves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub networks_of_all: Option<usize>,
     /// Hash of the scene, of the published design.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scene: Option<String>,

@@ -243,7 +243,8 @@ fn fit(
     files: Vec<PathBuf>,
     progress: &(dyn Fn(usize, &TrainingProgress) -> bool + Sync),
 ) -> FittedResidual {
-    fit_recurrent(sequences, &[vec![0], vec![1]], "scene", options, &Sessions { files, progress }).unwrap()
+    fit_recurrent(sequences, (&[vec![0], vec![1]], 0), "scene", options, &Sessions { files, progress })
+        .unwrap()
 }
 
 /// A motion whose tip lags, identified.
@@ -290,7 +291,8 @@ fn an_interrupted_training_ends_as_one_that_was_not() {
     assert_eq!(fit(&sequences, &options, files.clone(), &|_, _| true), whole);
     let sessions = Sessions { files, progress: &|_, _| true };
     let other = RecurrentOptions { seed: 2, ..options };
-    let refusal = fit_recurrent(&sequences, &[vec![0], vec![1]], "scene", &other, &sessions).unwrap_err();
+    let refusal =
+        fit_recurrent(&sequences, (&[vec![0], vec![1]], 0), "scene", &other, &sessions).unwrap_err();
     assert!(refusal.to_string().contains("another one (options)"), "{refusal}");
 }
 
@@ -334,6 +336,35 @@ fn network_learns_what_lags_and_its_checkpoint_rolls_out_the_same() {
     );
     let wrong = model.check(3, auxiliary.len(), 0.01).unwrap_err();
     assert!(wrong.to_string().contains("another robot"), "{wrong}");
+}
+
+#[test]
+fn networks_of_all_learn_from_every_recording_for_as_long_as_the_folds_took() {
+    let twin = twin();
+    let auxiliary = AuxiliaryLimits::new(&twin).unwrap();
+    let (motion, _, sequence) = identified(&twin, &auxiliary, 200);
+    let sequences = [sequence.clone(), sequence];
+    let options = learning(|of| *of = SequenceOptions { hidden: 16, epochs: 300, truncation: 100, ..*of });
+    let epochs = std::sync::Mutex::new([0; 4]);
+    let progress = |number: usize, progress: &TrainingProgress| {
+        if let TrainingProgress::Epoch(epoch) = progress {
+            epochs.lock().unwrap()[number] = epoch.number;
+        }
+        true
+    };
+    let sessions = Sessions { files: Vec::new(), progress: &progress };
+    let held_out = [vec![0], vec![1]];
+    let fitted = fit_recurrent(&sequences, (&held_out, 2), "scene", &options, &sessions).unwrap();
+    let training = &fitted.model.training;
+    assert_eq!((training.networks_of_all, training.members.len()), (Some(2), 2));
+    let mean = training.members.iter().map(|member| member.epochs).sum::<usize>() as f64 / 2.0;
+    assert_eq!(epochs.lock().unwrap()[2..], [mean.round() as usize; 2]);
+    assert!(fitted.is_finished && training.members.iter().all(|member| member.is_kept));
+    // It is a model like the others: it brings the tip closer than the twin alone.
+    let mut rollout = CorrectedRollout::new(&twin, &auxiliary, &fitted.model, 0.01).unwrap();
+    let found = identify(&twin, &mut rollout, &motion, Metadata::default(), &mut || true).unwrap().unwrap();
+    let bare = fitted.reports[0].together()[0] * 3f64.sqrt();
+    assert!(1e3 * found.summary.before.rms_m < bare, "{} {bare}", 1e3 * found.summary.before.rms_m);
 }
 
 #[test]
@@ -422,7 +453,9 @@ fn recordings_identified_in_different_ways_are_not_mixed() {
     let refusal = |sequences: &[Sequence]| {
         let sessions = Sessions { files: Vec::new(), progress: &|_, _| true };
         let options = RecurrentOptions::default();
-        fit_recurrent(sequences, &[vec![0], vec![1]], "scene", &options, &sessions).unwrap_err().to_string()
+        fit_recurrent(sequences, (&[vec![0], vec![1]], 0), "scene", &options, &sessions)
+            .unwrap_err()
+            .to_string()
     };
     let mixed = refusal(&[with(Some(one.clone())), with(None)]);
     assert!(mixed.contains("got auxiliary strokes by identification"), "{mixed}");

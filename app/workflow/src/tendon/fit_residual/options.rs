@@ -20,8 +20,10 @@ pub struct Options {
     /// Which network
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = DesignName::Recurrent))]
     pub design: DesignName,
-    /// Recordings to stop by, by name [default: for each network, a sixth of every kind of motion and at least one
-    /// of each that has two, drawn by the seed; a kind is the family of the plan, or is found from the strokes]
+    /// Recordings to choose by, by name, from which nothing is learned [default: every recording is left out in one of as many
+    /// folds as there are networks, and at least two; the networks then learn from all, for as many epochs as the folds took; paper:
+    /// a sixth of every kind of motion and at least one of each that has two, drawn by the seed; a kind is the family of the
+    /// plan, or is found from the strokes]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,...", value_delimiter = ','))]
     pub held_out: Vec<String>,
     /// Epochs at most [default: 100; paper: 30]
@@ -30,7 +32,7 @@ pub struct Options {
     /// Hidden units of a layer [default: 64; paper: 128]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_HIDDEN }>))]
     pub hidden: Option<usize>,
-    /// Networks whose mean is taken, each stopped by other recordings; the paper's design has one
+    /// Networks whose mean is taken; the paper's design has one
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 3, value_parser = crate::shared::number::count::<MAX_MEMBERS>))]
     pub members: usize,
     /// Inputs of the network are the twin's tip of the sample before (eq. 11) and the strokes, not the strokes alone

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use hysteron_base::checks::{CheckContext, Purpose};
 use hysteron_base::{BadInput, Recording, rng};
-use hysteron_control::split::{MotionKind, draw_validation};
+use hysteron_control::split::{MotionKind, deal_folds, draw_validation};
 use hysteron_learn::{Epoch, TrainingProgress};
 use hysteron_report::folder::ReportFolder;
 use hysteron_twin::residual::{
@@ -44,28 +44,24 @@ fn train(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         .iter()
         .filter(|input| matches!(inputs::role(input.recording.meta()), "" | "training"))
         .collect();
-    let members = match options.design {
-        DesignName::Recurrent => options.members,
-        DesignName::Paper => 1,
-    };
-    let held_out =
-        (0..members).map(|member| held_out(options, &usable, member)).collect::<Result<Vec<_>, _>>()?;
+    let held_out = held_out(options, &usable)?;
+    let n_of_all = if is_in_folds(options) { options.members } else { 0 };
     let sequences = usable.iter().map(|input| sequence(input)).collect::<anyhow::Result<Vec<_>>>()?;
     let samples = sequences.iter().map(Sequence::len).sum::<usize>();
     tracing::info!("{} recordings, {samples} samples", sequences.len());
-    for held_out in &held_out {
+    for (k, held_out) in held_out.iter().enumerate() {
         let names: Vec<&str> = held_out.iter().map(|&k| usable[k].name.as_str()).collect();
-        context.print(format_args!("a network is validated on: {}", names.join(", ")));
+        context.print(format_args!("network {} is validated on: {}", k + 1, names.join(", ")));
     }
     context.listen();
     // What a network with feedback has seen of itself is in no file.
-    let n_files = if options.feedback { 0 } else { members };
+    let n_files = if options.feedback { 0 } else { held_out.len() + n_of_all };
     let files = (1..=n_files).map(|k| options.out.with_extension(format!("training-{k}"))).collect();
     let unfinished = Unfinished::new(&options.out, files);
     let display = MemberDisplay::new(context);
     let progress = |number: usize, report: &TrainingProgress| display.show(number, report);
     let sessions = Sessions { files: unfinished.files.clone(), progress: &progress };
-    let fitted = fit(options, &sequences, &held_out, &scene_hash, &display, &sessions);
+    let fitted = fit(options, &sequences, (&held_out, n_of_all), &scene_hash, &display, &sessions);
     display.bar.finish();
     let FittedResidual { mut model, reports, is_finished } = fitted?;
     model.training.provenance = Some(context.provenance());
@@ -91,7 +87,7 @@ fn print(outcome: &Outcome, context: &Context) {
 fn fit(
     options: &Options,
     sequences: &[Sequence],
-    held_out: &[Vec<usize>],
+    (held_out, n_of_all): (&[Vec<usize>], usize),
     scene_hash: &str,
     display: &MemberDisplay,
     sessions: &Sessions<'_>,
@@ -106,8 +102,8 @@ fn fit(
                 seed,
                 ..default
             };
-            display.bar.set_length((held_out.len() * options.learning.epochs) as u64);
-            fit_recurrent(sequences, held_out, scene_hash, &options, sessions)
+            display.bar.set_length(((held_out.len() + n_of_all) * options.learning.epochs) as u64);
+            fit_recurrent(sequences, (held_out, n_of_all), scene_hash, &options, sessions)
         }
         DesignName::Paper => {
             let options = options.paper.options(PUBLISHED, [epochs, hidden], seed);
@@ -169,23 +165,33 @@ fn common_scene(inputs: &[Input]) -> Result<String, BadInput> {
     }
 }
 
-/// The recordings that a network stops by, as indices.
-fn held_out(options: &Options, usable: &[&Input], member: usize) -> Result<Vec<usize>, BadInput> {
+/// Whether recordings are left out in turn and then all learned from.
+fn is_in_folds(options: &Options) -> bool {
+    options.design == DesignName::Recurrent && options.held_out.is_empty()
+}
+
+/// The recordings that each network is validated on, as indices.
+fn held_out(options: &Options, usable: &[&Input]) -> Result<Vec<Vec<usize>>, BadInput> {
     let names: Vec<&str> = usable.iter().map(|input| input.name.as_str()).collect();
     if names.len() < 2 {
         let found = format!("{} for training", names.len());
         return Err(BadInput::new("recordings", "at least two", found)
-            .hint("early stopping needs a validation trajectory"));
+            .hint("the number of epochs needs a validation trajectory"));
     }
     if let Some(unknown) = options.held_out.iter().find(|name| !names.contains(&name.as_str())) {
         return Err(BadInput::new("--held-out", format!("of {}", names.join(", ")), unknown.clone()));
     }
-    if !options.held_out.is_empty() {
-        return Ok((0..names.len()).filter(|&k| options.held_out.contains(&usable[k].name)).collect());
-    }
-    let mut stream = rng(options.seed, &format!("residual/held-out/{member}"));
     let kinds: Vec<String> = usable.iter().map(|input| kind(&input.recording)).collect();
-    Ok(draw_validation(&kinds, &mut stream))
+    if is_in_folds(options) {
+        let n = options.members.max(2).min(names.len());
+        return Ok(deal_folds(&kinds, n, &mut rng(options.seed, "residual/folds")));
+    }
+    let named = (0..names.len()).filter(|&k| options.held_out.contains(&usable[k].name)).collect();
+    Ok(match options.design {
+        DesignName::Recurrent => vec![named; options.members],
+        DesignName::Paper if !options.held_out.is_empty() => vec![named],
+        DesignName::Paper => vec![draw_validation(&kinds, &mut rng(options.seed, "residual/held-out/0"))],
+    })
 }
 
 /// Kind of the motion: the family of its plan, or without a plan the kind found from its strokes.
