@@ -11,8 +11,8 @@ const TRAIN: [&str; 10] = [
     "data",
     "--out",
     "inverse.safetensors",
-    "--held-out",
-    "circle",
+    "--candidates",
+    "network",
     "--epochs",
     "12",
     "--hidden",
@@ -23,19 +23,29 @@ const TRAIN: [&str; 10] = [
 fn an_interrupted_training_fails_keeps_its_best_weights_and_resumes() {
     let place = tempfile::tempdir().unwrap();
     run(place.path(), &RECORD).succeeded();
-    let [checkpoint, session] =
-        ["inverse.safetensors", "inverse.training"].map(|name| place.path().join(name));
-    run(place.path(), &TRAIN).succeeded();
-    let whole = std::fs::read(&checkpoint).unwrap();
-    std::fs::remove_file(&checkpoint).unwrap();
+    let checkpoint = place.path().join("inverse.safetensors");
+    // Of one split; in the first fold; of all data, after the folds.
+    let cases = [
+        (["--held-out", "circle"], "inverse.training"),
+        (["--folds", "2"], "inverse.fold-1.training"),
+        (["--folds", "2"], "inverse.training"),
+    ];
+    for (split, name) in cases {
+        let (train, session) = ([&TRAIN[..], &split].concat(), place.path().join(name));
+        run(place.path(), &train).succeeded();
+        let whole = std::fs::read(&checkpoint).unwrap();
+        std::fs::remove_file(&checkpoint).unwrap();
 
-    // The file is there once the first epoch is done.
-    let stopped = hysteron_tests::interrupt(place.path(), &TRAIN, "inverse.training");
-    let error = stopped.error(1);
-    assert!(error.starts_with("error: interrupted") && error.contains("inverse.training"), "{error}");
-    assert!(session.exists() && std::fs::read(&checkpoint).unwrap() != whole);
-    run(place.path(), &TRAIN).succeeded();
-    assert!(!session.exists() && std::fs::read(&checkpoint).unwrap() == whole);
+        // The file is there once the first epoch is done.
+        let stopped = hysteron_tests::interrupt(place.path(), &train, name);
+        let error = stopped.error(1);
+        assert!(error.starts_with("error: interrupted") && error.contains(name), "{error}");
+        assert!(session.exists() && std::fs::read(&checkpoint).unwrap() != whole);
+        run(place.path(), &train).succeeded();
+        assert!(!session.exists() && std::fs::read(&checkpoint).unwrap() == whole, "{split:?}");
+        std::fs::remove_file(&checkpoint).unwrap();
+        std::fs::remove_dir_all(place.path().join("inverse")).unwrap();
+    }
 }
 
 const PLAN: &str = r#"format = "hysteron-plan"
@@ -89,7 +99,8 @@ fn tables_without_a_plan_are_validated_on_every_kind_of_motion_as_reported() {
     let place = tempfile::tempdir().unwrap();
     plain_tables(place.path());
     let train = ["train", "tables", "--out", "inverse.safetensors", "--epochs", "2", "--hidden", "8"];
-    let done = run(place.path(), &[&train[..], &["--weights", "int16"]].concat()).succeeded();
+    let alone = ["--weights", "int16", "--candidates", "network"];
+    let done = run(place.path(), &[&train[..], &alone].concat()).succeeded();
     let validated = done.stdout.lines().find(|line| line.starts_with("validated on:")).unwrap();
     assert!(["(line)", "(loop)", "(polygon)"].iter().all(|kind| validated.contains(kind)), "{validated}");
     let read = |name: &str| std::fs::read_to_string(place.path().join("inverse").join(name)).unwrap();
@@ -117,6 +128,44 @@ fn tables_without_a_plan_are_validated_on_every_kind_of_motion_as_reported() {
     assert!(read("report.html").contains("Learning curve"));
 }
 
+fn chosen_of(candidates: &[serde_json::Value]) -> usize {
+    candidates.iter().position(|one| one["is_chosen"] == true).unwrap()
+}
+
+#[test]
+fn without_a_twin_controllers_are_compared_by_strokes_in_folds_and_the_best_learns_from_all() {
+    let place = tempfile::tempdir().unwrap();
+    plain_tables(place.path());
+    let train = ["train", "tables", "--out", "h.safetensors", "--epochs", "3", "--hidden", "8"];
+    let done = run(place.path(), &train).succeeded();
+    let metrics = std::fs::read_to_string(place.path().join("h/metrics.json")).unwrap();
+    let metrics: serde_json::Value = json::from_text(metrics).unwrap();
+    let candidates = metrics["candidates"].as_array().unwrap();
+    let names: Vec<&str> = candidates.iter().filter_map(|one| one["candidate"].as_str()).collect();
+    assert_eq!(names, ["static_regression", "kernel_regression", "network"]);
+    // A network of three epochs is no match for regressions.
+    let chosen = &candidates[chosen_of(candidates)];
+    assert!(chosen["candidate"] != "network", "{}", done.stdout);
+    let training = &metrics["training"];
+    let n = |key: &str| training[key].as_array().map_or(0, Vec::len);
+    assert_eq!((n("trained_on"), n("held_out"), &training["folds"]), (6, 0, &3.into()));
+    let strokes = training["held_out_stroke_rmse_mm"].as_array().unwrap();
+    let square = strokes.iter().map(|mm| mm.as_f64().unwrap().powi(2)).sum::<f64>() / strokes.len() as f64;
+    let stated = chosen["stroke_rmse_mm"].as_f64().unwrap();
+    assert!((square.sqrt() - stated).abs() < 1e-9 * stated, "{stated}");
+    let page = std::fs::read_to_string(place.path().join("h/report.html")).unwrap();
+    assert!(page.contains("each left out of one of 3 fits") && !page.contains("Tip of the twin"));
+
+    // One controller alone is one that streams, and a name that there is not is told with those that there are.
+    let only = ["train", "tables", "--out", "k.safetensors", "--baseline", "kernel-regression"];
+    run(place.path(), &only).succeeded();
+    let command = ["command", "k.safetensors", "--target", "circle:10", "--out", "strokes.csv"];
+    run(place.path(), &command).succeeded();
+    let wrong = ["train", "tables", "--out", "w.safetensors", "--candidates", "spline"];
+    let refused = run(place.path(), &wrong);
+    assert!(refused.error(2).contains("kernel-regression"), "{}", refused.stderr);
+}
+
 #[test]
 fn a_twin_compares_what_the_strokes_of_every_controller_do_to_its_tip() {
     let place = tempfile::tempdir().unwrap();
@@ -134,11 +183,16 @@ fn a_twin_compares_what_the_strokes_of_every_controller_do_to_its_tip() {
     let metrics: serde_json::Value = json::from_text(metrics).unwrap();
     let candidates = metrics["candidates"].as_array().unwrap();
     let names: Vec<&str> = candidates.iter().filter_map(|one| one["candidate"].as_str()).collect();
-    assert_eq!(names, ["static_regression", "recorded_network", "network"]);
-    let tips: Vec<f64> = candidates.iter().filter_map(|one| one["tip_rmse_mm"].as_f64()).collect();
+    assert_eq!(names, ["static_regression", "kernel_regression", "recorded_network", "network"]);
+    // A network that was given up after the first fold is not in the choice.
+    let tip = |one: &serde_json::Value| {
+        if one["folds"] == 3 { one["tip_rmse_mm"].as_f64().unwrap() } else { f64::INFINITY }
+    };
+    let tips: Vec<f64> = candidates.iter().map(tip).collect();
     let least = tips.iter().copied().fold(f64::INFINITY, f64::min);
     let expected = tips.iter().position(|tip| *tip <= 1.05 * least).unwrap();
-    let chosen = candidates.iter().position(|one| one["is_chosen"] == true).unwrap();
+    assert!(candidates[chosen_of(candidates)]["tip_standard_error_mm"].as_f64().unwrap() > 0.0);
+    let chosen = chosen_of(candidates);
     assert_eq!((chosen, &metrics["training"]["candidate"]), (expected, &candidates[chosen]["candidate"]));
     // The twin has a row of its own, and leads where its tip is closer.
     let twin = metrics["twin_tip_rmse_mm"].as_f64().unwrap();

@@ -321,6 +321,7 @@ impl<'a> ChainCommands<'a> {
         let out = self.path(&format!("{name}.safetensors"))?;
         let mut arguments = vec!["train", "--out", &out];
         arguments.extend(options);
+        arguments.extend(controllers(options));
         arguments.extend(recordings.iter().map(String::as_str));
         self.once(&out, &arguments)?;
         Ok(out)
@@ -377,4 +378,9 @@ impl<'a> ChainCommands<'a> {
 /// The file cannot be read or is no such outcome.
 pub fn read_outcome<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T> {
     json::from_text(file::read_text(path)?).with_context(|| path.display().to_string())
+}
+
+/// The controllers that `train` compares: all where a twin judges; else a study is of the network alone.
+pub fn controllers(options: &[&str]) -> [&'static str; 2] {
+    if options.contains(&"--scene") { ["--folds", "3"] } else { ["--candidates", "network"] }
 }

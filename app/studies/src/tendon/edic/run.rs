@@ -5,7 +5,7 @@ use hysteron_workflow::{Context, WorkflowError};
 use rayon::prelude::*;
 
 use super::outcome::{EdicMetrics, EdicPath, MethodRuns, RECORDED};
-use crate::tendon::commands::{ChainCommands, FRICTION, Strokes};
+use crate::tendon::commands::{ChainCommands, FRICTION, Strokes, controllers};
 use crate::tendon::path_following::Followed;
 use crate::tendon::{Options, Outcome, session};
 
@@ -162,6 +162,7 @@ fn train_inverse(
     let (out, seed) = (chain.path(&format!("{model}-{seed}.safetensors"))?, seed.to_string());
     let mut arguments = vec!["train", "--seed", &seed, "--out", &out];
     arguments.extend(options);
+    arguments.extend(controllers(options));
     arguments.extend(recordings.iter().map(String::as_str));
     chain.once(&out, &arguments)
 }

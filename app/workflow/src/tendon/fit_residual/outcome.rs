@@ -50,7 +50,11 @@ impl Outcome {
         findings: &Findings,
         context: &Context,
     ) -> Self {
-        let kept = kept(&networks, &described);
+        let mut kept = kept(&networks, &described);
+        // Networks of folds are of one method; others are members of a mean.
+        if described.networks_of_all.is_some() && !kept.is_empty() {
+            kept = vec![FitReport::pooled(&kept)];
+        }
         Self {
             format: MetricsFormat,
             version: 1,
