@@ -678,13 +678,14 @@ def fit_residual(
         recordings: Folders written by hysteron identify, or recordings in them.
         out: Checkpoint to write, .safetensors.
         design: Which network. Default: recurrent.
-        held_out: Recordings to stop by, by name [default: for each network, a sixth of every kind of motion
-            and at least one of each that has two, drawn by the seed; a kind is the family of the plan, or is
-            found from the strokes].
+        held_out: Recordings to choose by, by name, from which nothing is learned [default: every recording is
+            left out in one of as many folds as there are networks, and at least two; the networks then learn
+            from all, for as many epochs as the folds took; paper: a sixth of every kind of motion and at
+            least one of each that has two, drawn by the seed; a kind is the family of the plan, or is found
+            from the strokes].
         epochs: Epochs at most [default: 100; paper: 30].
         hidden: Hidden units of a layer [default: 64; paper: 128].
-        members: Networks whose mean is taken, each stopped by other recordings; the paper's design has one.
-            Default: 3.
+        members: Networks whose mean is taken; the paper's design has one. Default: 3.
         feedback: Inputs of the network are the twin's tip of the sample before (eq. 11) and the strokes, not
             the strokes alone.
         figures: Folder for report.html and metrics.json [default: OUT without its ending].
@@ -935,6 +936,8 @@ def train(
     design: Literal["recurrent", "paper"] | None = None,
     spatial: bool = False,
     held_out: str | Sequence[str] | None = None,
+    candidates: Literal["static-regression", "kernel-regression", "recorded-network", "network"] | Sequence[Literal["static-regression", "kernel-regression", "recorded-network", "network"]] | None = None,
+    folds: int | None = None,
     epochs: int | None = None,
     hidden: int | None = None,
     co_contraction_min_mm: float | None = None,
@@ -954,10 +957,9 @@ def train(
     Args:
         recordings: Recordings, or folders of them.
         out: Checkpoint to write, .safetensors.
-        scene: Scene of the robot (scene.toml): its twin compares the static regression, the network of the
-            recordings alone and the network of all data on the validation recordings, by what their strokes
-            do to its tip; the simplest that is within 5 % of the best is written, and where the twin itself
-            is better still, the checkpoint names it; recurrent only.
+        scene: Scene of the robot (scene.toml): its twin compares the controllers by what their strokes do to
+            its tip, and where it is better itself, the checkpoint names it; without it they are compared by
+            their strokes; recurrent only.
         residual: Checkpoint by hysteron fit-residual, of the same scene.
         reduced: Chain by hysteron reduce: it moves the robot in place of the finite elements [default: that
             of the scene, if it names one].
@@ -966,6 +968,11 @@ def train(
         held_out: A recording to validate on and stop by, by name; may be given several times [default: a
             sixth of every kind of motion and at least one of each that has two, drawn by the seed; a kind is
             the family of the plan, or is found from the strokes].
+        candidates: Controllers to compare on recordings that they did not learn from: the simplest that is
+            within 5 % of the best is fitted to all data and written [default: all; the network alone for the
+            paper's design, and for recordings with synthetic data without --scene].
+        folds: Folds of the recordings, each of which is left out in one; 1: a single split, with nothing
+            fitted to all data afterwards [default: 3 where controllers are compared, else 1]; recurrent only.
         epochs: Epochs at most [default: 30].
         hidden: Hidden units of a layer [default: 128; paper: 512].
         co_contraction_min_mm: Pull that all tendons have in common at least, so that none goes slack;
@@ -995,6 +1002,8 @@ def train(
         *option("--design", design),
         *flag("--spatial", spatial),
         *options("--held-out", held_out, ","),
+        *options("--candidates", candidates, ","),
+        *option("--folds", folds),
         *option("--epochs", epochs),
         *option("--hidden", hidden),
         *option("--co-contraction-min-mm", co_contraction_min_mm),

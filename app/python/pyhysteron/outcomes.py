@@ -41,6 +41,7 @@ __all__ = [
     "ArmTrajectory",
     "Assessment",
     "AxisScore",
+    "BaseMap",
     "BusCounts",
     "ByHorizon",
     "ByHorizon2",
@@ -1162,6 +1163,9 @@ class CandidateErrors(_Outcome):
     candidate: Candidate
     """Which controller."""
 
+    folds: int
+    """Folds that it was fitted for: fewer than the others where it was far behind after the first."""
+
     is_chosen: bool
     """Whether it is the one in the checkpoint."""
 
@@ -1170,7 +1174,10 @@ class CandidateErrors(_Outcome):
 
     tip_rmse_mm: float | None = None
     """Root mean square distance of the tips that its strokes and the recorded ones bring the twin to [mm]; none
-    where the twin cannot follow."""
+    where no twin was named, or it cannot follow."""
+
+    tip_standard_error_mm: float | None = None
+    """Standard error of that, from the differences between recordings [mm]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -2543,8 +2550,14 @@ class InverseMetrics(_Outcome):
 class InverseRecurrentOptions(_Outcome):
     """How to train."""
 
+    base: BaseMap | None = None
+    """The map that the network corrects."""
+
     ema: float
     """Part of the exponential moving average of the weights that each update replaces."""
+
+    ends_after: int | None = None
+    """Epochs after which it ends, without validation data; none where validation chooses."""
 
     epochs: int
     """Most epochs."""
@@ -2604,6 +2617,10 @@ class InverseRecurrentOptions(_Outcome):
 class InverseTraining(_Outcome):
     """The training of an inverse controller: data, options, errors in validation."""
 
+    base_stroke_rmse_mm: list[float] | None = None
+    """The same of the map that the network corrects, or of the static regression beside a network that has none
+    [mm]."""
+
     candidate: Candidate | None = None
     """Which of the controllers that were compared it is; none where there was no comparison."""
 
@@ -2622,6 +2639,9 @@ class InverseTraining(_Outcome):
     epochs: int | None = None
     """Epochs after which the weights were found."""
 
+    folds: int | None = None
+    """Folds that the errors in validation are of: it was then fitted to all recordings."""
+
     gradient_floor_relative_error: float | None = None
     """Error of the gradient that the floor of derivatives makes, over its length, of the published design [-]."""
 
@@ -2633,9 +2653,6 @@ class InverseTraining(_Outcome):
 
     options: InverseOptions | None = None
     """Options; none where a program of another version wrote them."""
-
-    static_regression_stroke_rmse_mm: list[float] | None = None
-    """The same of the regression without memory but for the delay [mm]."""
 
     trained_on: list[TrainedOn] | None = None
     """Training recordings."""
@@ -3818,6 +3835,9 @@ class ResidualRecurrentOptions(_Outcome):
     ema: float
     """Part of the exponential moving average of the weights that each update replaces."""
 
+    ends_after: int | None = None
+    """Epochs after which it ends, without validation data; none where validation chooses."""
+
     epochs: int
     """Most epochs."""
 
@@ -3899,6 +3919,10 @@ class ResidualTraining(_Outcome):
 
     members: list[TrainedMember] | None = None
     """One entry per network, of the recurrent design."""
+
+    networks_of_all: int | None = None
+    """Networks that learned from all recordings, for as many epochs as `members` took in the mean, whose errors
+    are those of validation; none where the networks are `members` themselves."""
 
     options: ResidualOptions | None = None
     """Options; none where a program of another version wrote them."""
@@ -6374,7 +6398,10 @@ AdaptedParts = Literal["nothing"] | Literal["change"] | Literal["correction"] | 
 ArmEvaluateOutcome = ActuatorEvaluation | DynamicsScores
 """The outcome of `arm evaluate`: of a neural actuator, or of a model of inverse dynamics."""
 
-Candidate = Literal["static_regression"] | Literal["recorded_network"] | Literal["network"]
+BaseMap = Literal["cubic"] | Literal["kernel"]
+"""A map from the path to strokes; a network may correct it."""
+
+Candidate = Literal["static_regression"] | Literal["kernel_regression"] | Literal["recorded_network"] | Literal["network"]
 """A controller to choose from, from the simplest on."""
 
 CheckOutcome = RecordingFindings | SceneSummary

@@ -2,7 +2,8 @@
 //! regression on top, and checkpoints.
 //!
 //! A [`TrainableModel`] is named arrays of parameters; a [`TrainingTask`] goes through its data and gives gradients; [`fit`] is the one training
-//! loop, with schedule, moving average, early stopping and a file to resume from. A [`Network`] is trained by a candle graph
+//! loop, with schedule, moving average, early stopping and a file to resume from. [`RadialBasis`] is the regression in closed form that a
+//! network has to beat. A [`Network`] is trained by a candle graph
 //! whose only own operation is an LSTM layer over a whole sequence ([`Backprop`]); a [`NetworkRunner`] steps it one sample at a time
 //! and needs none of that. Arrays of sequences are `f32` and time-major: [step][row of the batch][channel]. Equations and file
 //! formats: `docs/learn.md`.
