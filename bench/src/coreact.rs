@@ -177,7 +177,8 @@ impl Circle {
         let mut options = RecurrentOptions::default();
         options.learning.epochs = 3;
         let sessions = Sessions { files: Vec::new(), progress: &|_, _| true };
-        Ok(fit_recurrent(&vec![sequence; N_NETWORKS], &held_out, "benchmark", &options, &sessions)?.model)
+        Ok(fit_recurrent(&vec![sequence; N_NETWORKS], (&held_out, 0), "benchmark", &options, &sessions)?
+            .model)
     }
 
     /// Samples in a second, those before the measured ones apart.

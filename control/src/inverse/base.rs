@@ -85,7 +85,7 @@ impl FittedBase {
             design: InverseDesign::Recurrent {
                 features: self.spec,
                 regression: self.regression,
-                kernel: self.kernel,
+                kernel: self.kernel.map(Box::new),
             },
             workspace: self.workspace,
             weights,

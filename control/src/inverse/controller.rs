@@ -65,8 +65,8 @@ impl<'a> InverseController<'a> {
         Ok(Self {
             model,
             regression,
-            kernel: kernel.as_ref(),
-            terms: Vec::with_capacity(kernel.as_ref().map_or(0, RadialBasis::n_terms)),
+            kernel: kernel.as_deref(),
+            terms: Vec::with_capacity(kernel.as_ref().map_or(0, |kernel| kernel.n_terms())),
             path: smoothed_path(path, features)?,
             features: Features::new(features),
             predictor: Predictor::recurrent(&model.network, ranges, model.weights),

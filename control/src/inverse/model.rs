@@ -28,7 +28,7 @@ pub enum InverseDesign {
         regression: StaticRegression,
         /// Kernel regression of the features, which they correct too.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        kernel: Option<RadialBasis>,
+        kernel: Option<Box<RadialBasis>>,
     },
 }
 

@@ -360,7 +360,8 @@ mod tests {
         let samples =
             RadialSamples { n_inputs: 3, n_outputs: 1, inputs: &inputs, outputs: &outputs, groups: &groups };
         let basis = RadialBasis::fit(&samples, &setting(), &[0]);
-        let wrong: [(&str, fn(&mut RadialBasis)); 5] = [
+        type Damage = fn(&mut RadialBasis);
+        let wrong: [(&str, Damage); 5] = [
             ("seen", |basis| basis.seen.push(9)),
             ("weights", |basis| basis.weights.truncate(3)),
             ("weights", |basis| basis.weights[0] = f64::NAN),
