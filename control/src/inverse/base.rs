@@ -3,29 +3,16 @@
 
 use hysteron_fit::folds;
 use hysteron_learn::{Normaliser, RadialBasis, RadialSamples, RadialSetting, WeightFormat};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 use super::fit::ControllerParts;
 use super::loss::TrajectoryArrays;
 use super::path_point::PathPoint;
-use super::recurrent_options::RecurrentOptions;
+use super::recurrent_options::{BaseMap, RecurrentOptions};
 use super::smooth::{Smoothed, smoothed};
 use super::{
     Check, Dataset, Demonstration, FeatureSpec, Features, InverseDesign, StaticRegression, TipWorkspace,
 };
 use crate::Result;
-
-/// A map from the path to strokes; a network may correct it.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum BaseMap {
-    /// Cubic polynomials of the tip some time later.
-    #[default]
-    Cubic,
-    /// The same, and kernel regression on features of the path for what they leave.
-    Kernel,
-}
 
 /// Middles of the kernel's functions.
 const N_CENTRES: usize = 200;

@@ -28,7 +28,6 @@ mod workspace;
 use hysteron_base::BadInput;
 
 pub use axes::{Axes, TipPosition};
-pub use base::BaseMap;
 pub use candidate::Candidate;
 pub use controller::{Commands, InverseController, SampleFlags};
 pub use dataset::{DataOrigin, Dataset, Demonstration};
@@ -40,7 +39,7 @@ pub use loss::LossWeights;
 pub use model::{InverseDesign, InverseModel};
 pub use path_point::{PathPoint, PathSmoothing};
 pub use recurrent::{fit_base, fit_recurrent};
-pub use recurrent_options::RecurrentOptions;
+pub use recurrent_options::{BaseMap, RecurrentOptions};
 pub use regression::StaticRegression;
 pub use training::{InverseOptions, InverseTraining, LeadingTwin, TrainedDesign, TrainedOn, WeightErrors};
 pub use windowed::{PUBLISHED, fit_windowed};

@@ -4,9 +4,19 @@ use hysteron_learn::{SequenceOptions, WeightFormat};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::BaseMap;
 use super::loss::LossWeights;
 use super::path_point::PathSmoothing;
+
+/// A map from the path to strokes; a network may correct it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BaseMap {
+    /// Cubic polynomials of the tip some time later.
+    #[default]
+    Cubic,
+    /// The same, and kernel regression on features of the path for what they leave.
+    Kernel,
+}
 
 /// How to train.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -40,6 +50,18 @@ pub struct RecurrentOptions {
     pub weights: WeightFormat,
     /// Seed of weights and noise.
     pub seed: u64,
+}
+
+/// Updates of the weights that a training has at least: their moving average forgets where it began within a few hundred.
+const MIN_UPDATES: usize = 1000;
+
+impl RecurrentOptions {
+    /// Epochs for demonstrations of which the longest has so many samples: those of the options, or as many as make enough updates
+    /// of the weights.
+    pub fn epochs_for(&self, longest: usize) -> usize {
+        let updates = longest.div_ceil(self.learning.truncation.max(1)).max(1);
+        self.learning.epochs.max(MIN_UPDATES.div_ceil(updates))
+    }
 }
 
 impl Default for RecurrentOptions {

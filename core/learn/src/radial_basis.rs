@@ -54,7 +54,7 @@ pub struct RadialSamples<'a> {
     pub groups: &'a [Range<usize>],
 }
 
-/// What a fit has beside its data.
+/// Inputs and numbers of a fit beside its data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RadialSetting {
     /// Inputs of the functions, by number.

@@ -79,7 +79,7 @@ fn parts_made_on_several_machines_are_the_whole() {
     assert_eq!((card["made"].as_u64(), card["dropped"].as_u64()), (Some(3), Some(0)));
     let train = ["train", "data", "--out", "inverse.safetensors", "--epochs", "1", "--hidden", "8"];
     let trained = place.run(&train).succeeded();
-    assert!(trained.stdout.contains("0 real and 2 synthetic"), "{}", trained.stdout);
+    assert!(trained.stdout.contains("0 real and 3 synthetic"), "{}", trained.stdout);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use hysteron_learn::{FitReport, simplest_within};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::judge::{Judge, Squares};
+use super::judge::{Judge, SquaredDistances};
 use super::options::Options;
 use crate::Context;
 use crate::shared::paper_design::DesignName;
@@ -25,7 +25,7 @@ pub(super) struct ComparedController {
     /// Of the last fold.
     pub last: FittedController,
     /// At the tip, by recording; none where nothing judges it, or the twin could not follow.
-    tips: Vec<Option<Squares>>,
+    tips: Vec<Option<SquaredDistances>>,
 }
 
 /// Errors of a controller in validation.
@@ -78,12 +78,16 @@ pub(super) fn training_file(out: &Path, candidate: Candidate, fold: Option<usize
 }
 
 impl ComparedController {
-    pub(super) fn new(candidate: Candidate, fitted: FittedController, tips: Vec<Option<Squares>>) -> Self {
+    pub(super) fn new(
+        candidate: Candidate,
+        fitted: FittedController,
+        tips: Vec<Option<SquaredDistances>>,
+    ) -> Self {
         Self { candidate, reports: vec![fitted.report.clone()], last: fitted, tips }
     }
 
     /// Adds what it does in another fold.
-    pub(super) fn add(&mut self, fitted: FittedController, tips: Vec<Option<Squares>>) {
+    pub(super) fn add(&mut self, fitted: FittedController, tips: Vec<Option<SquaredDistances>>) {
         self.reports.push(fitted.report.clone());
         self.last = fitted;
         self.tips.extend(tips);
@@ -92,7 +96,7 @@ impl ComparedController {
     /// Root mean square error at the tip, and its standard error [mm].
     fn tip(&self) -> Option<(f64, Option<f64>)> {
         let squares = self.tips.iter().copied().collect::<Option<Vec<_>>>()?;
-        (!squares.is_empty()).then(|| Squares::root_mean_mm(&squares))
+        (!squares.is_empty()).then(|| SquaredDistances::root_mean_mm(&squares))
     }
 
     fn stroke_mm(&self) -> f64 {
@@ -111,13 +115,13 @@ impl ComparedController {
 }
 
 /// All controllers of a training.
-pub(super) struct Comparison {
+pub(super) struct ControllerComparison {
     pub controllers: Vec<ComparedController>,
     is_judged: bool,
     n_folds: usize,
 }
 
-impl Comparison {
+impl ControllerComparison {
     pub(super) fn new(is_judged: bool, n_folds: usize) -> Self {
         Self { controllers: Vec::new(), is_judged, n_folds }
     }

@@ -35,7 +35,7 @@ struct FollowedStrokes {
 
 /// Squared distances of the samples of a recording that were measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Squares {
+pub(super) struct SquaredDistances {
     /// Their sum [m²].
     sum: f64,
     /// Their number.
@@ -91,8 +91,8 @@ impl Judge {
         &self,
         validation: impl Iterator<Item = &'a Demonstration>,
     ) -> Option<f64> {
-        let of = validation.map(|one| Some(Squares::of(one, self.recorded(one)?, &one.tip)));
-        let (here, _) = Squares::root_mean_mm(&of.collect::<Option<Vec<_>>>()?);
+        let of = validation.map(|one| Some(SquaredDistances::of(one, self.recorded(one)?, &one.tip)));
+        let (here, _) = SquaredDistances::root_mean_mm(&of.collect::<Option<Vec<_>>>()?);
         let residual =
             self.network.as_ref().and_then(|network| network.model().training.validation_error_mm());
         Some(residual.map_or(here, |residual| here.max(residual)))
@@ -108,7 +108,7 @@ impl Judge {
         model: &InverseModel,
         validation: &[Demonstration],
         context: &Context,
-    ) -> anyhow::Result<Vec<Option<Squares>>> {
+    ) -> anyhow::Result<Vec<Option<SquaredDistances>>> {
         let command = |one: &Demonstration| -> anyhow::Result<Option<Vec<f64>>> {
             Ok(Some(model.command(&one.tip, model.limits, &mut |_| true)?.strokes))
         };
@@ -116,7 +116,7 @@ impl Judge {
         let found = self.moved(validation, &strokes, context)?;
         let errors = found.iter().zip(validation);
         Ok(errors
-            .map(|(moved, one)| Some(Squares::of(one, &moved.as_ref()?.tip, self.recorded(one)?)))
+            .map(|(moved, one)| Some(SquaredDistances::of(one, &moved.as_ref()?.tip, self.recorded(one)?)))
             .collect())
     }
 
@@ -169,7 +169,7 @@ impl Judge {
     }
 }
 
-impl Squares {
+impl SquaredDistances {
     fn of(one: &Demonstration, tips: &[TipPosition], goals: &[TipPosition]) -> Self {
         let samples = tips.iter().zip(goals).zip(&one.gap).filter(|(_, gap)| !**gap);
         let (sum, count) = samples.fold((0.0, 0.0), |(sum, count), ((tip, goal), _)| {

@@ -52,7 +52,7 @@ pub struct Options {
     /// [default: 3 where controllers are compared, else 1]; recurrent only
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", conflicts_with = "held_out", value_parser = crate::shared::number::count::<MAX_FOLDS>))]
     pub folds: Option<usize>,
-    /// Epochs at most [default: 30]
+    /// Epochs at most [default: 30, or as many as make 1000 updates of the weights; paper: 30]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = crate::shared::number::count::<{ hysteron_learn::MAX_EPOCHS }>))]
     pub epochs: Option<usize>,
     /// Hidden units of a layer [default: 128; paper: 512]

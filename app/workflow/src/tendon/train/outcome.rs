@@ -8,7 +8,7 @@ use hysteron_report::verdict::{Criterion, Verdict};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::compared::{CandidateErrors, ComparedController, Comparison, SAME};
+use super::compared::{CandidateErrors, ComparedController, ControllerComparison, SAME};
 use crate::shared::outcome::MetricsFormat;
 use crate::shared::recording_checks::Findings;
 use crate::shared::training;
@@ -55,7 +55,11 @@ impl crate::shared::outcome::Outcome for Outcome {
 impl Outcome {
     pub(super) fn new(
         folds: &Folds,
-        (comparison, candidates, twin_tip_rmse_mm): (&Comparison, Vec<CandidateErrors>, Option<f64>),
+        (comparison, candidates, twin_tip_rmse_mm): (
+            &ControllerComparison,
+            Vec<CandidateErrors>,
+            Option<f64>,
+        ),
         training: &InverseTraining,
         findings: &Findings,
         context: &Context,

@@ -11,7 +11,7 @@ use hysteron_control::inverse::{
 use hysteron_learn::{Epoch, TrainingProgress, TrainingSession, WeightFormat};
 use hysteron_report::folder::ReportFolder;
 
-use super::compared::{ComparedController, Comparison, candidates, training_file};
+use super::compared::{ComparedController, ControllerComparison, candidates, training_file};
 use super::judge::Judge;
 use super::leading_twin::leading_twin;
 use super::options::{Options, Weights};
@@ -85,8 +85,8 @@ fn compared(
     (folds, candidates): (&Folds, &[Candidate]),
     judge: Option<&Judge>,
     context: &Context,
-) -> anyhow::Result<(Comparison, bool)> {
-    let mut comparison = Comparison::new(judge.is_some(), folds.len());
+) -> anyhow::Result<(ControllerComparison, bool)> {
+    let mut comparison = ControllerComparison::new(judge.is_some(), folds.len());
     for number in 0..folds.len() {
         let data = folds.fold(number);
         let fold = (folds.len() > 1).then_some(number);
@@ -99,7 +99,8 @@ fn compared(
             candidates.iter().copied().filter(|one| comparison.is_given_up(*one)).collect();
         for &candidate in candidates.iter().filter(|one| !given_up.contains(one)) {
             let known = known(&data, recorded.as_ref(), candidate);
-            let fitted = fit((candidate, fold), &recurrent(options, candidate), options, known, context)?;
+            let settings = recurrent(options, candidate, folds);
+            let fitted = fit((candidate, fold), &settings, options, known, context)?;
             let is_finished = fitted.is_finished;
             comparison.add(candidate, fitted, judge, &data.validation, context)?;
             if !is_finished {
@@ -123,7 +124,7 @@ fn fit_all(
     context: &Context,
 ) -> anyhow::Result<FittedController> {
     let report = chosen.report();
-    let mut settings = recurrent(options, chosen.candidate);
+    let mut settings = recurrent(options, chosen.candidate, folds);
     settings.learning.ends_after = chosen.candidate.is_network().then_some(report.epochs.max(1));
     let data = folds.whole();
     let recorded = data.only(DataOrigin::Real);
@@ -196,12 +197,16 @@ fn folds(options: &Options, inputs: &[Input], context: &Context) -> anyhow::Resu
     Ok((folds, candidates))
 }
 
-fn recurrent(options: &Options, candidate: Candidate) -> RecurrentOptions {
+fn recurrent(options: &Options, candidate: Candidate, folds: &Folds) -> RecurrentOptions {
     let default = RecurrentOptions::default();
+    let is_recorded = candidate == Candidate::RecordedNetwork;
+    let known = folds.all().iter().filter(|one| !is_recorded || one.origin == DataOrigin::Real);
+    let longest = known.map(Demonstration::len).max().unwrap_or(0);
+    let epochs = options.epochs.unwrap_or_else(|| default.epochs_for(longest));
     let co_contraction_min_m =
         options.co_contraction_min_mm.map_or(default.loss.co_contraction_min_m, |mm| 1e-3 * mm);
     RecurrentOptions {
-        learning: default.learning.with([options.epochs, options.hidden]),
+        learning: default.learning.with([Some(epochs), options.hidden]),
         loss: LossWeights { co_contraction_min_m, ..default.loss },
         weights: match options.weights {
             Weights::Float32 => WeightFormat::Float32,
