@@ -973,7 +973,7 @@ def train(
             paper's design, and for recordings with synthetic data without --scene].
         folds: Folds of the recordings, each of which is left out in one; 1: a single split, with nothing
             fitted to all data afterwards [default: 3 where controllers are compared, else 1]; recurrent only.
-        epochs: Epochs at most [default: 30].
+        epochs: Epochs at most [default: 30, or as many as make 1000 updates of the weights; paper: 30].
         hidden: Hidden units of a layer [default: 128; paper: 512].
         co_contraction_min_mm: Pull that all tendons have in common at least, so that none goes slack;
             recurrent only.
