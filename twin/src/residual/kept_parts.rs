@@ -1,6 +1,6 @@
 //! Which parts of a residual model are kept: those that gain on recordings which no network learned from.
 
-use hysteron_learn::{FitReport, mean, simplest_within};
+use hysteron_learn::{FitReport, simplest_within};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -33,10 +33,7 @@ impl ResidualPart {
 
     /// The simplest whose error, root mean square over the validation of all members, is within [`SAME`] of the least.
     pub(super) fn best(reports: &[FitReport]) -> Self {
-        let errors: Vec<Vec<f64>> = reports.iter().map(FitReport::together).collect();
-        let pooled = |k: usize| mean(&errors.iter().map(|of| of[k].powi(2)).collect::<Vec<_>>()).sqrt();
-        let pooled: Vec<f64> = (0..Self::ALL.len()).map(pooled).collect();
-        simplest_within(SAME, &pooled).map_or(Self::Nothing, |k| Self::ALL[k])
+        simplest_within(SAME, &FitReport::pooled(reports).together()).map_or(Self::Nothing, |k| Self::ALL[k])
     }
 
     /// Whether this part of a member does better than the twin alone on what the member did not learn from.

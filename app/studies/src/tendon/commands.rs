@@ -381,6 +381,6 @@ pub fn read_outcome<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T> {
 }
 
 /// The controllers that `train` compares: all where a twin judges; else a study is of the network alone.
-pub fn controllers(options: &[&str]) -> [&'static str; 2] {
-    if options.contains(&"--scene") { ["--folds", "3"] } else { ["--candidates", "network"] }
+pub fn controllers(options: &[&str]) -> &'static [&'static str] {
+    if options.contains(&"--scene") { &[] } else { &["--candidates", "network"] }
 }

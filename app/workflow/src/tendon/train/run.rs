@@ -1,5 +1,6 @@
 //! The training of an inverse controller: recordings, data set, network, checkpoint, page.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use hysteron_base::BadInput;
@@ -93,14 +94,12 @@ fn compared(
         if fold.is_some() {
             tracing::info!("fold {} of {}", number + 1, folds.len());
         }
-        // What a robot does is in its recordings, where there are some.
-        let recorded = data.only(DataOrigin::Real).filter(|_| candidates.len() > 1);
         let given_up: Vec<Candidate> =
             candidates.iter().copied().filter(|one| comparison.is_given_up(*one)).collect();
         for &candidate in candidates.iter().filter(|one| !given_up.contains(one)) {
-            let known = known(&data, recorded.as_ref(), candidate);
+            let known = known(&data, candidate);
             let settings = recurrent(options, candidate, folds);
-            let fitted = fit((candidate, fold), &settings, options, known, context)?;
+            let fitted = fit((candidate, fold), &settings, options, &known, context)?;
             let is_finished = fitted.is_finished;
             comparison.add(candidate, fitted, judge, &data.validation, context)?;
             if !is_finished {
@@ -111,9 +110,13 @@ fn compared(
     Ok((comparison, true))
 }
 
-/// The data that a controller learns from.
-fn known<'a>(data: &'a Dataset, recorded: Option<&'a Dataset>, candidate: Candidate) -> &'a Dataset {
-    recorded.filter(|_| candidate != Candidate::Network).unwrap_or(data)
+/// The data that a controller learns from: what a robot does is in its recordings, where there are some.
+fn known(data: &Dataset, candidate: Candidate) -> Cow<'_, Dataset> {
+    let recorded = match candidate {
+        Candidate::Network => None,
+        _ => data.only(DataOrigin::Real),
+    };
+    recorded.map_or(Cow::Borrowed(data), Cow::Owned)
 }
 
 /// The controller that was chosen, fitted to all data, for as many epochs as the folds found, with the errors of these.
@@ -127,10 +130,9 @@ fn fit_all(
     let mut settings = recurrent(options, chosen.candidate, folds);
     settings.learning.ends_after = chosen.candidate.is_network().then_some(report.epochs.max(1));
     let data = folds.whole();
-    let recorded = data.only(DataOrigin::Real);
-    let known = known(&data, recorded.as_ref(), chosen.candidate);
+    let known = known(&data, chosen.candidate);
     tracing::info!("{}, of all data", chosen.candidate.name());
-    let mut fitted = fit((chosen.candidate, None), &settings, options, known, context)?;
+    let mut fitted = fit((chosen.candidate, None), &settings, options, &known, context)?;
     let error = |k: usize| report.channels.iter().map(|channel| channel.errors[k]).collect();
     let training = &mut fitted.model.training;
     (training.base_stroke_rmse_mm, training.held_out_stroke_rmse_mm) = (error(0), error(1));
