@@ -1,4 +1,5 @@
-//! The reduced model fitted to patterns: zeros, turns and compliance of its tendons, and the frame of the measurement.
+//! The reduced model fitted to patterns: zeros, turns, compliance and plays of its tendons, its weight and marker, and the frame of
+//! the measurement.
 //!
 //! Nine tendons at one radius cannot lie in three planes, so each segment's tendons may be turned about the axis. The
 //! frame is found in closed form at every step of the fit.
@@ -14,6 +15,15 @@ use super::reduced::Reduced;
 
 /// Coordinate error from which on a row counts linearly [m].
 const HUBER: f64 = 5e-3;
+
+/// Which parameters of the reduced model are fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ParameterSet {
+    /// Zeros, turns and compliance of the tendons: a model without memory and weight.
+    Tendons,
+    /// Plays, weight and marker as well.
+    All,
+}
 
 /// Parameters, and the frame of the measurement.
 #[derive(Debug, Clone)]
@@ -31,13 +41,13 @@ pub struct Fitted {
 }
 
 impl Fitted {
-    /// Fits to every `every`-th row of the patterns: the model has no memory, so any rows will do.
+    /// Fits to every `every`-th row of the patterns: a row knows where it comes from, so any rows will do.
     ///
     /// # Errors
     /// Those of the fit.
-    pub fn new(training: &[Pattern], every: usize) -> Result<Self> {
+    pub fn new(training: &[Pattern], every: usize, set: ParameterSet) -> Result<Self> {
         let rows: Vec<&Row> = training.iter().flat_map(|pattern| &pattern.rows).step_by(every).collect();
-        Self::search(&parameters(), &rows, &vec![Vector3::zeros(); rows.len()])
+        Self::search(&parameters(set), &rows, &vec![Vector3::zeros(); rows.len()])
     }
 
     /// Fits again from here, to `rows` alone, with `further` added to each marker of the reduced model [m]: what
@@ -48,7 +58,7 @@ impl Fitted {
     /// # Errors
     /// Those of the fit.
     pub fn again(&self, rows: &[&Row], further: &[Vector3<f64>]) -> Result<Self> {
-        let mut parameters = parameters();
+        let mut parameters = parameters(ParameterSet::All);
         parameters.iter_mut().zip(&self.values).for_each(|(parameter, value)| parameter.start = *value);
         Self::search(&parameters, rows, further)
     }
@@ -57,10 +67,7 @@ impl Fitted {
         let measured: Vec<Vector3<f64>> = rows.iter().map(|row| row.tip.into()).collect();
         let markers = |values: &[f64]| -> Vec<Vector3<f64>> {
             let model = model(values);
-            rows.iter()
-                .zip(further)
-                .map(|(row, further)| model.shape(&row.strokes).marker + further)
-                .collect()
+            rows.iter().zip(further).map(|(row, further)| model.shape(row).marker + further).collect()
         };
         let residuals = |values: &[f64]| {
             let markers = markers(values);
@@ -94,7 +101,7 @@ impl Fitted {
     }
 }
 
-fn parameters() -> Vec<Parameter> {
+fn parameters(set: ParameterSet) -> Vec<Parameter> {
     let parameter = |name: String, start: f64, half: f64| Parameter {
         name,
         start,
@@ -116,14 +123,27 @@ fn parameters() -> Vec<Parameter> {
         scale: ParameterScale::Logarithmic,
         prior: None,
     });
+    if set == ParameterSet::All {
+        parameters
+            .extend((1..=N_TENDONS).map(|k| parameter(format!("half play of tendon {k} [m]"), 0.0, 1e-3)));
+        parameters.push(parameter("marker beyond the end [m]".into(), MARKER, 8e-3));
+        parameters.extend(["x", "y", "z"].map(|axis| parameter(format!("weight, {axis} [N/m]"), 0.0, 3.0)));
+    }
     parameters
 }
 
+/// Distance of the marker beyond the end where it is not fitted [m]: half of its mount.
+const MARKER: f64 = 8e-3;
+
 fn model(values: &[f64]) -> Reduced {
+    let further = &values[N_TENDONS + 3..];
     Reduced {
         zeros: std::array::from_fn(|k| values[k]),
         turns: [0.0, values[N_TENDONS], values[N_TENDONS + 1]],
         compliance: values[N_TENDONS + 2],
+        plays: std::array::from_fn(|k| further.get(k).copied().unwrap_or(0.0)),
+        marker: further.get(N_TENDONS).copied().unwrap_or(MARKER),
+        weight: further.get(N_TENDONS + 1..).map_or_else(Vector3::zeros, Vector3::from_column_slice),
     }
 }
 
@@ -139,7 +159,9 @@ mod tests {
         let mut stroke = || rand::RngExt::random_range(&mut stream, -4e-3..4e-3);
         let strokes: Vec<[f64; N_TENDONS]> = (0..80).map(|_| std::array::from_fn(|_| stroke())).collect();
         let model = model(&[&[0.3e-3; N_TENDONS][..], &[0.4, 1.1, 3e-4]].concat());
-        strokes.into_iter().map(|strokes| Row { strokes, tip: model.shape(&strokes).marker.into() }).collect()
+        let measured = |row: Row| Row { tip: model.shape(&row).marker.into(), ..row };
+        let row = |strokes| Row { strokes, tip: [0.0; 3], directions: [0.0; N_TENDONS] };
+        strokes.into_iter().map(|strokes| measured(row(strokes))).collect()
     }
 
     #[test]
@@ -147,7 +169,7 @@ mod tests {
         let rows = rows();
         let rows: Vec<&Row> = rows.iter().collect();
         let pattern = Pattern { label: String::new(), rows: rows.iter().map(|row| (*row).clone()).collect() };
-        let fitted = Fitted::new(&[pattern], 1).unwrap();
+        let fitted = Fitted::new(&[pattern], 1, ParameterSet::Tendons).unwrap();
         // The other model bends the tip aside with the square of a stroke: half a millimetre and more.
         let aside = |row: &Row| Vector3::x() * (40.0 * row.strokes[0].powi(2));
         let bent: Vec<Row> = rows
@@ -158,7 +180,7 @@ mod tests {
         let further: Vec<Vector3<f64>> = bent.iter().map(|row| aside(row)).collect();
         let again = fitted.again(&bent, &further).unwrap();
         for row in &bent {
-            let [x, y, z] = again.measured(again.model.shape(&row.strokes).marker + aside(row));
+            let [x, y, z] = again.measured(again.model.shape(row).marker + aside(row));
             let off = (Vector3::new(x, y, z) - 1e3 * Vector3::from(row.tip)).norm();
             // The search ends where the sum of squares falls by less than 1e-5 of it: micrometres.
             assert!(off < 0.02, "{off} mm");

@@ -5,7 +5,8 @@ use hysteron_base::rng;
 use nalgebra::Vector3;
 use rand::seq::SliceRandom;
 
-use super::fit::Fitted;
+use super::fit::{Fitted, ParameterSet};
+use super::outcome::CORRECTED;
 use super::recording::{N_TENDONS, Pattern, Row};
 use super::reduced::Shape;
 use super::robot::Robot;
@@ -15,10 +16,10 @@ use crate::tendon::numbers::distance;
 /// Folds.
 pub const N_FOLDS: usize = 5;
 
-/// The finite-element twin is fitted to every twelfth row of a pattern, and goes to every twelfth of a test
-/// one; its residual is fitted to every fourth.
-const TWIN_EVERY: usize = 12;
-const LEARN_EVERY: usize = 4;
+/// The finite-element twin is fitted to every fourth row of a pattern, and goes to every fourth of a test
+/// one; its residual is fitted to every second.
+const TWIN_EVERY: usize = 4;
+const LEARN_EVERY: usize = 2;
 
 /// The fold of every pattern, drawn with a seed.
 pub fn folds(n_patterns: usize) -> Vec<usize> {
@@ -54,7 +55,8 @@ impl Fold {
         training: &[Pattern],
         held: &[Pattern],
     ) -> Result<Self> {
-        let fitted = Fitted::new(training, fit_every)?;
+        let simplest = Fitted::new(training, fit_every, ParameterSet::Tendons)?;
+        let fitted = Fitted::new(training, fit_every, ParameterSet::All)?;
         let [known_rows, new_rows] = [training, held].map(rows_of);
         let [known_strokes, new_strokes] = [&known_rows, &new_rows]
             .map(|rows| rows.iter().map(|row| row.strokes.map(|s| 1e3 * s).to_vec()).collect::<Vec<_>>());
@@ -64,7 +66,7 @@ impl Fold {
             training.iter().enumerate().flat_map(|(k, p)| std::iter::repeat_n(k, p.rows.len())).collect();
 
         let [known, new] = [&known_rows, &new_rows]
-            .map(|rows| rows.iter().map(|row| fitted.model.shape(&row.strokes)).collect::<Vec<_>>());
+            .map(|rows| rows.iter().map(|row| fitted.model.shape(row)).collect::<Vec<_>>());
         let tips = |shapes: &[Shape]| shapes.iter().map(|s| fitted.measured(s.marker)).collect::<Vec<_>>();
         let reduced = tips(&new);
         let left: Vec<[f64; 3]> =
@@ -77,7 +79,9 @@ impl Fold {
         let corrected_by_lstm =
             reduced.iter().zip(&correction).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c])).collect();
         let bending = |rows: &[&Row]| rows.iter().map(|row| bending(&row.strokes)).collect::<Vec<_>>();
-        let predictions: [Vec<[f64; 3]>; 7] = [
+        let without_weight = |row: &&Row| simplest.measured(simplest.model.shape(row).marker);
+        let predictions: [Vec<[f64; 3]>; 8] = [
+            new_rows.iter().map(without_weight).collect(),
             reduced,
             corrected,
             corrected_by_lstm,
@@ -92,7 +96,13 @@ impl Fold {
         let mut rows_without_equilibrium = 0;
         let mut twin = None;
         if let Some(robot) = robot {
+            // The best of the methods above, on the rows that the twin goes to.
+            let mut one = errors[CORRECTED].iter().copied();
+            let by_pattern =
+                held.iter().map(|pattern| one.by_ref().take(pattern.rows.len()).collect::<Vec<_>>());
+            let thinned = by_pattern.flat_map(|errors| errors.into_iter().step_by(TWIN_EVERY)).collect();
             let (own, more, n_failed) = twin_errors(robot, &fitted, training, held)?;
+            errors.push(thinned);
             errors.extend(more);
             rows_without_equilibrium = n_failed;
             twin = Some(own);
@@ -117,10 +127,10 @@ fn twin_errors(
     let own = robot.fit(fitted, training, TWIN_EVERY)?;
     let (known, new) = (every(training, LEARN_EVERY), every(held, TWIN_EVERY));
     let (known_rows, new_rows) = (known.concat(), new.concat());
-    let shapes = |rows: &[&Row]| rows.iter().map(|row| own.model.shape(&row.strokes)).collect::<Vec<_>>();
+    let shapes = |rows: &[&Row]| rows.iter().map(|row| own.model.shape(row)).collect::<Vec<_>>();
     let measured = |row: &&Row| own.of_robot(row.tip.into());
 
-    let of_model = new_rows.iter().map(|row| fitted.model.shape(&row.strokes).marker).collect();
+    let of_model = new_rows.iter().map(|row| fitted.model.shape(row).marker).collect();
     let (given, _) = robot.predict(fitted, &new)?;
     let (uncorrected, n_failed) = robot.predict(&own, &new)?;
     let left = robot.predict(&own, &known)?.0.into_iter().zip(&known_rows);
@@ -163,10 +173,11 @@ fn rows_of(patterns: &[Pattern]) -> Vec<&Row> {
     patterns.iter().flat_map(|pattern| &pattern.rows).collect()
 }
 
-/// Coordinates for the regression of what the model leaves: marker, axis, tensions and strokes.
+/// Coordinates for the regression of what the model leaves: marker, axis, tensions, strokes and their directions.
 fn features(shapes: &[Shape], rows: &[&Row]) -> Vec<Vec<f64>> {
     let feature = |(shape, row): (&Shape, &&Row)| {
-        [shape.marker.as_slice(), shape.axis.as_slice(), &shape.tensions, &row.strokes].concat()
+        [shape.marker.as_slice(), shape.axis.as_slice(), &shape.tensions, &row.strokes, &row.directions]
+            .concat()
     };
     shapes.iter().zip(rows).map(feature).collect()
 }

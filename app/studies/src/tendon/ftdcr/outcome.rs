@@ -51,22 +51,26 @@ pub struct MethodError {
     pub rmse_mm: f64,
 }
 
-/// Methods that predict the tip. The last five get the rows of the finite-element twin alone, the very last
+/// Methods that predict the tip. The last six get the rows of the finite-element twin alone, the very last
 /// one the tip itself.
-pub(super) const METHODS: [&str; 12] = [
-    "constant curvature, 12 parameters",
+pub(super) const METHODS: [&str; 14] = [
+    "constant curvature without play and weight",
+    "constant curvature",
     "constant curvature + kernel ridge on its residual",
     "constant curvature + LSTM on its residual",
     "cubic regression on all strokes",
     "cubic regression on the segments' bending",
     "kernel regression",
     "LSTM without a model",
+    "constant curvature + kernel ridge, on the twin's rows",
     "constant curvature, on the twin's rows",
     "FE twin, the constant-curvature model's parameters",
     "FE twin, fitted",
     "FE twin + CoReAct",
     "FE twin, led to the measured tip",
 ];
+/// Place of the kernel ridge on the residual of constant curvature.
+pub(super) const CORRECTED: usize = 2;
 /// Method that the others are compared with, the simplest; and the one that is given what the others predict.
 const SIMPLEST: &str = METHODS[0];
 const GIVEN: &str = METHODS[METHODS.len() - 1];

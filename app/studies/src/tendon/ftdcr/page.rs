@@ -1,5 +1,6 @@
 //! The page of `study ftdcr`.
 
+use hysteron_base::number::significant;
 use hysteron_report::dot_plot::{DotPlot, DotRow, DotTile};
 use hysteron_report::folder::ReportFolder;
 use hysteron_report::page::Page;
@@ -49,7 +50,7 @@ impl StudyMetrics for FtdcrMetrics {
 fn parameters(folds: &[FoldResult]) -> StudyTable {
     let names = folds.first().map_or(&[][..], |fold| &fold.parameters);
     let rows = names.iter().enumerate().map(|(k, parameter)| {
-        let values = folds.iter().map(|fold| format!("{:.4}", fold.parameters[k].value));
+        let values = folds.iter().map(|fold| significant(fold.parameters[k].value, 3));
         std::iter::once(parameter.name.clone()).chain(values).collect()
     });
     let headings = (1..=folds.len()).map(|k| format!("Fold {k}"));

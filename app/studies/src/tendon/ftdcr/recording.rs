@@ -16,7 +16,12 @@ pub struct Row {
     pub strokes: [f64; N_TENDONS],
     /// Measured tip [m].
     pub tip: [f64; 3],
+    /// Where each tendon comes from, between -1, released, and 1, pulled; 0 in the first row of a pattern.
+    pub directions: [f64; N_TENDONS],
 }
+
+/// Change of a stroke from which on it is a motion, not the noise of a servo at rest [m].
+const MOTION: f64 = 0.2e-3;
 
 /// A pattern with its holds, in order of time.
 #[derive(Debug, Clone)]
@@ -41,7 +46,7 @@ pub fn read_patterns(path: &Path) -> Result<Vec<Pattern>> {
         (table.at("pattern_label")?, [table.at("tip_x")?, table.at("tip_y")?, table.at("tip_z")?]);
     let mut patterns: Vec<Pattern> = Vec::new();
     for row in &table.rows {
-        let mut sample = Row { strokes: [0.0; N_TENDONS], tip: [0.0; 3] };
+        let mut sample = Row { strokes: [0.0; N_TENDONS], tip: [0.0; 3], directions: [0.0; N_TENDONS] };
         for (value, k) in sample.strokes.iter_mut().zip(strokes).chain(sample.tip.iter_mut().zip(tip)) {
             *value = 1e-3 * table.number(row, k)?;
         }
@@ -51,5 +56,15 @@ pub fn read_patterns(path: &Path) -> Result<Vec<Pattern>> {
             None => patterns.push(Pattern { label: name.to_owned(), rows: vec![sample] }),
         }
     }
+    patterns.iter_mut().for_each(Pattern::find_directions);
     Ok(patterns)
+}
+
+impl Pattern {
+    fn find_directions(&mut self) {
+        for k in 1..self.rows.len() {
+            let [before, now] = [k - 1, k].map(|k| self.rows[k].strokes);
+            self.rows[k].directions = std::array::from_fn(|j| ((now[j] - before[j]) / MOTION).tanh());
+        }
+    }
 }

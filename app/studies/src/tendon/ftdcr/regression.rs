@@ -1,10 +1,12 @@
 //! Static regressions: a ridge on cubic monomials, and a ridge on Gaussian kernels.
 //!
 //! Features are brought to mean zero and variance one. Every number that is not fitted is chosen from a grid, by the
-//! error on a quarter of the training patterns that is for validation.
+//! error on quarters of the training patterns that are left out in turn.
 
 use anyhow::{Context, Result};
 use nalgebra::DMatrix;
+
+use crate::tendon::numbers::distance;
 
 type Tips = Vec<[f64; 3]>;
 
@@ -49,7 +51,10 @@ pub fn kernel(features: &[Vec<f64>], tips: &[[f64; 3]], groups: &[usize], new: &
     })
 }
 
-/// Predictions with the entry of the grid that is best on every fourth group.
+/// Parts of the groups that are left out in turn.
+const PARTS: usize = 4;
+
+/// Predictions with the entry of the grid that is best on groups left out.
 fn chosen(
     known: &[Vec<f64>],
     tips: &[[f64; 3]],
@@ -58,9 +63,10 @@ fn chosen(
     grid: &[[f64; 2]],
     predict: impl Fn(&[Vec<f64>], &[[f64; 3]], &[Vec<f64>], [f64; 2]) -> Result<DMatrix<f64>>,
 ) -> Result<Tips> {
-    let split = |out: bool| (0..known.len()).filter(move |&i| (groups[i] % 4 == 3) == out);
-    let rows = |out: bool| split(out).map(|i| known[i].clone()).collect::<Vec<_>>();
-    let ends = |out: bool| split(out).map(|i| tips[i]).collect::<Tips>();
+    let split =
+        |part: usize, out: bool| (0..known.len()).filter(move |&i| (groups[i] % PARTS == part) == out);
+    let rows = |part: usize, out: bool| split(part, out).map(|i| known[i].clone()).collect::<Vec<_>>();
+    let ends = |part: usize, out: bool| split(part, out).map(|i| tips[i]).collect::<Tips>();
     // The mean is no part of a ridge.
     let centred = |rows: &[Vec<f64>], tips: &[[f64; 3]], new: &[Vec<f64>], with: [f64; 2]| -> Result<Tips> {
         let mean: [f64; 3] =
@@ -69,17 +75,17 @@ fn chosen(
         let found = predict(rows, &left, new, with)?;
         Ok((0..new.len()).map(|i| std::array::from_fn(|c| mean[c] + found[(i, c)])).collect())
     };
-    let (inside, outside) = (rows(false), rows(true));
-    let mut best = (f64::INFINITY, grid[0]);
-    for &with in grid {
-        let found = centred(&inside, &ends(false), &outside, with)?;
-        let error: f64 =
-            found.iter().zip(ends(true)).map(|(a, b)| crate::tendon::numbers::distance(*a, b).powi(2)).sum();
-        if error < best.0 {
-            best = (error, with);
+    let mut errors = vec![0.0; grid.len()];
+    for part in 0..PARTS {
+        let ([inside, outside], [known_ends, ends]) =
+            ([rows(part, false), rows(part, true)], [ends(part, false), ends(part, true)]);
+        for (error, &with) in errors.iter_mut().zip(grid) {
+            let found = centred(&inside, &known_ends, &outside, with)?;
+            *error += found.iter().zip(&ends).map(|(a, b)| distance(*a, *b).powi(2)).sum::<f64>();
         }
     }
-    centred(known, tips, new, best.1)
+    let best = errors.iter().zip(grid).min_by(|a, b| a.0.total_cmp(b.0)).context("an empty grid")?;
+    centred(known, tips, new, *best.1)
 }
 
 struct Scale {
@@ -143,7 +149,7 @@ mod tests {
     }
 
     fn largest_error(found: &[[f64; 3]], tips: &[[f64; 3]]) -> f64 {
-        found.iter().zip(tips).map(|(a, b)| crate::tendon::numbers::distance(*a, *b)).fold(0.0, f64::max)
+        found.iter().zip(tips).map(|(a, b)| distance(*a, *b)).fold(0.0, f64::max)
     }
 
     #[test]

@@ -11,10 +11,12 @@ use nalgebra::{Rotation3, Vector3};
 
 use super::fit::Fitted;
 use super::recording::{N_TENDONS, Pattern, Row};
-use super::reduced::{MARKER, Reduced};
+use super::reduced::Reduced;
 
 /// Cables behind the tendons that hold the length of each segment.
 const N_AXIS: usize = 3;
+/// Cross-section of the solid [m²]: 17 656.1 mm³ over 186.5 mm (`meshes/ftdcr-v4`).
+const AREA: f64 = 17656.1e-9 / 186.5e-3;
 /// Longest stroke of a step [m].
 const STEP: f64 = 0.3e-3;
 /// Stroke beyond which a released tendon cannot become taut [m]: more than any other pulls.
@@ -54,6 +56,9 @@ impl Robot {
 
     fn scene(&self, model: &Reduced) -> Scene {
         let mut scene = self.scene.clone();
+        // Any density will do: the acceleration makes the weight of it.
+        scene.material.density = 1e3;
+        scene.gravity = (model.weight / (scene.material.density * AREA)).into();
         for (k, tendon) in scene.tendons[..N_TENDONS].iter_mut().enumerate() {
             tendon.zero = model.zeros[k];
             tendon.compliance = model.compliance;
@@ -72,11 +77,11 @@ impl Robot {
         let twin = self.twin(&reduced.model)?;
         let (mut rows, mut further) = (Vec::new(), Vec::new());
         for pattern in training {
-            let mut stepper = TwinSteps::new(&twin);
+            let mut stepper = TwinSteps::new(&twin, &reduced.model);
             for row in pattern.rows.iter().step_by(every) {
                 if stepper.reaches(row)? {
                     rows.push(row);
-                    further.push(stepper.marker() - reduced.model.shape(&row.strokes).marker);
+                    further.push(stepper.marker() - reduced.model.shape(row).marker);
                 }
             }
         }
@@ -92,7 +97,7 @@ impl Robot {
         let twin = self.twin(&fitted.model)?;
         let (mut markers, mut n_failed) = (Vec::new(), 0);
         for rows in patterns {
-            let mut stepper = TwinSteps::new(&twin);
+            let mut stepper = TwinSteps::new(&twin, &fitted.model);
             for row in rows {
                 n_failed += usize::from(!stepper.reaches(row)?);
                 markers.push(stepper.marker());
@@ -116,10 +121,10 @@ impl Robot {
         let auxiliary = AuxiliaryLimits::new(&twin)?;
         let (mut markers, mut n_failed, mut goals) = (Vec::new(), 0, desired.iter());
         for rows in patterns {
-            let mut led = Led::new(&twin, &auxiliary);
+            let mut led = Led::new(&twin, &auxiliary, &fitted.model);
             for (row, goal) in rows.iter().zip(&mut goals) {
                 n_failed += usize::from(!led.reaches(row, goal)?);
-                markers.push(marker(&twin, led.identifier.state()));
+                markers.push(marker(&twin, led.identifier.state(), fitted.model.marker));
             }
         }
         Ok((markers, n_failed))
@@ -128,8 +133,9 @@ impl Robot {
 
 /// Targets of the real tendons and of those along the axis as strokes [m]: a tendon released beyond `SLACK` is slack
 /// however it got there.
-fn primary(row: &Row) -> TendonStrokes {
-    std::array::from_fn(|k| if k < N_TENDONS { row.strokes[k].max(-SLACK) } else { 0.0 })
+fn primary(model: &Reduced, row: &Row) -> TendonStrokes {
+    let strokes = model.strokes_at_body(row);
+    std::array::from_fn(|k| strokes.get(k).map_or(0.0, |stroke| stroke.max(-SLACK)))
 }
 
 /// Strokes on the way from one row to the next, the last included, none longer than `STEP`.
@@ -142,10 +148,10 @@ fn between(from: TendonStrokes, to: TendonStrokes) -> impl Iterator<Item = Tendo
 /// Steps from these strokes to those of a row, none too long; true if there is an equilibrium on all of the way.
 fn step_to(
     strokes: &mut TendonStrokes,
-    row: &Row,
+    to: TendonStrokes,
     mut step: impl FnMut(&TendonStrokes) -> Result<bool>,
 ) -> Result<bool> {
-    for next in between(*strokes, primary(row)) {
+    for next in between(*strokes, to) {
         if !step(&next)? {
             return Ok(false);
         }
@@ -165,63 +171,65 @@ fn is_balanced<T>(step: hysteron_twin::Result<T>) -> Result<bool> {
 /// From row to row, under the real tendons alone.
 struct TwinSteps<'a> {
     twin: &'a Twin,
+    model: &'a Reduced,
     stepper: Stepper,
     strokes: TendonStrokes,
 }
 
 impl<'a> TwinSteps<'a> {
-    fn new(twin: &'a Twin) -> Self {
-        Self { twin, stepper: Stepper::new(twin), strokes: [0.0; N_TENDONS + N_AXIS] }
+    fn new(twin: &'a Twin, model: &'a Reduced) -> Self {
+        Self { twin, model, stepper: Stepper::new(twin), strokes: [0.0; N_TENDONS + N_AXIS] }
     }
 
     /// True if there is an equilibrium; the shape stays at the last one.
     fn reaches(&mut self, row: &Row) -> Result<bool> {
-        step_to(&mut self.strokes, row, |strokes| {
+        step_to(&mut self.strokes, primary(self.model, row), |strokes| {
             let targets = strokes.map(Target::Stroke);
             is_balanced(self.stepper.step(self.twin, &targets))
         })
     }
 
     fn marker(&self) -> Vector3<f64> {
-        marker(self.twin, self.stepper.state())
+        marker(self.twin, self.stepper.state(), self.model.marker)
     }
 }
 
-/// The marker sits beyond the end, on the axis.
-fn marker(twin: &Twin, state: &TwinState) -> Vector3<f64> {
+/// The marker sits so far beyond the end [m], on the axis.
+fn marker(twin: &Twin, state: &TwinState, beyond: f64) -> Vector3<f64> {
     let line = twin.cables.polyline(N_TENDONS + N_AXIS - 1, &state.positions);
     let [before, end] = [line[line.len() - 2], line[line.len() - 1]].map(Vector3::from);
-    end + MARKER * (end - before).normalize()
+    end + beyond * (end - before).normalize()
 }
 
 /// From row to row with auxiliary tendons, which bring the marker to where it shall be.
 struct Led<'a> {
     twin: &'a Twin,
+    model: &'a Reduced,
     identifier: Identifier<'a>,
     strokes: TendonStrokes,
 }
 
 impl<'a> Led<'a> {
-    fn new(twin: &'a Twin, auxiliary: &'a AuxiliaryLimits) -> Self {
+    fn new(twin: &'a Twin, auxiliary: &'a AuxiliaryLimits, model: &'a Reduced) -> Self {
         let options = IdentifyOptions { rounds: 1, ..IdentifyOptions::default() };
         let identifier = Identifier::new(twin, auxiliary, options);
-        Self { twin, identifier, strokes: [0.0; N_TENDONS + N_AXIS] }
+        Self { twin, model, identifier, strokes: [0.0; N_TENDONS + N_AXIS] }
     }
 
     /// True if there is an equilibrium on all of the way.
     fn reaches(&mut self, row: &Row, desired: &Vector3<f64>) -> Result<bool> {
         let identifier = &mut self.identifier;
-        if !step_to(&mut self.strokes, row, |strokes| is_balanced(identifier.step(strokes, None, DURATION)))?
-        {
+        let to = primary(self.model, row);
+        if !step_to(&mut self.strokes, to, |strokes| is_balanced(identifier.step(strokes, None, DURATION)))? {
             return Ok(false);
         }
         for _ in 0..ROUNDS {
             // The twin is led by its tip; the marker is beyond it.
             let state = identifier.state();
-            let missing = desired - marker(self.twin, state);
+            let missing = desired - marker(self.twin, state, self.model.marker);
             let position = (Vector3::from(self.twin.tip_of(state)) + missing).into();
             let goal = TipMeasurement { position, orientation: None };
-            if !is_balanced(identifier.step(&primary(row), Some(&goal), DURATION))? {
+            if !is_balanced(identifier.step(&to, Some(&goal), DURATION))? {
                 return Ok(false);
             }
         }
