@@ -17,6 +17,8 @@ pub struct PlantStep {
     pub tip: [f64; 3],
     /// True where an input of the network was outside its training range.
     pub is_extrapolating: bool,
+    /// Radius of the band about the tip [m]; none where nothing was learned, or nothing was left out in learning.
+    pub tip_band: Option<f64>,
     /// Cost and convergence of the twin's step.
     pub report: StepReport,
 }
@@ -84,7 +86,12 @@ impl Plant for PhysicsTwin<'_> {
         self.targets.extend(primary.iter().map(|stroke| Target::Stroke(*stroke)));
         self.targets.extend_from_slice(&self.resting);
         let report = self.stepper.step(self.twin, &self.targets)?;
-        Ok(PlantStep { tip: self.twin.tip_of(self.stepper.state()), is_extrapolating: false, report })
+        Ok(PlantStep {
+            tip: self.twin.tip_of(self.stepper.state()),
+            is_extrapolating: false,
+            tip_band: None,
+            report,
+        })
     }
 
     fn state(&self) -> &TwinState {

@@ -3,7 +3,7 @@
 
 use super::Command;
 use crate::model::Twin;
-use crate::plant::Plant;
+use crate::plant::{Plant, PlantStep};
 use crate::report::StepReport;
 use crate::residual::CorrectedRollout;
 use crate::stepper::Stepper;
@@ -18,6 +18,8 @@ pub struct CommandStep {
     pub strokes: Vec<f64>,
     /// True where an input of the network was outside its training range.
     pub is_extrapolating: bool,
+    /// Radius of the band about the tip [m]; none without a network that has one.
+    pub tip_band: Option<f64>,
     /// QPs solved for strokes that goals left open; none without goals.
     pub rounds: usize,
     /// Cost and convergence of the step.
@@ -127,8 +129,8 @@ impl Driver<'_> {
             Self::Network(network) => {
                 let step = Plant::step(network.as_mut(), &command.primary_strokes(row))?;
                 let strokes = twin.commands_of(Plant::state(network.as_ref()));
-                let (tip, is_extrapolating, report) = (step.tip, step.is_extrapolating, step.report);
-                Ok(CommandStep { tip, strokes, is_extrapolating, rounds: 0, report })
+                let PlantStep { tip, is_extrapolating, tip_band, report } = step;
+                Ok(CommandStep { tip, strokes, is_extrapolating, tip_band, rounds: 0, report })
             }
             Self::Stepper(stepper) => {
                 let targets = command.targets(row);
@@ -140,7 +142,7 @@ impl Driver<'_> {
                     }
                 };
                 let (tip, strokes) = (twin.tip_of(stepper.state()), stepper.commands(twin));
-                Ok(CommandStep { tip, strokes, is_extrapolating: false, rounds, report })
+                Ok(CommandStep { tip, strokes, is_extrapolating: false, tip_band: None, rounds, report })
             }
         }
     }

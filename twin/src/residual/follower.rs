@@ -12,7 +12,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::Result;
 use crate::model::Twin;
-use crate::plant::{PhysicsTwin, Plant, relax_to_equilibrium};
+use crate::plant::{PhysicsTwin, Plant, PlantStep, relax_to_equilibrium};
 
 /// From two coordinates (a, b) [m] to the strokes of all primary tendons [m].
 pub type Coordinates<'a> = &'a (dyn Fn([f64; 2], &mut [f64]) + Sync);
@@ -35,6 +35,8 @@ pub struct FollowStep {
     pub is_limited: bool,
     /// True where an input of the network was outside its training range.
     pub is_extrapolating: bool,
+    /// Radius of the band about the tip [m]; none without a network that has one.
+    pub tip_band: Option<f64>,
 }
 
 /// Finds the strokes of a tip that is steered.
@@ -191,7 +193,8 @@ impl<'a> PathFollower<'a> {
     fn advance(&mut self, is_limited: bool) -> Result<FollowStep> {
         let step = self.plant.step(&self.strokes)?;
         self.tip = Some(step.tip);
-        Ok(FollowStep { tip: step.tip, is_limited, is_extrapolating: step.is_extrapolating })
+        let PlantStep { tip, is_extrapolating, tip_band, .. } = step;
+        Ok(FollowStep { tip, is_limited, is_extrapolating, tip_band })
     }
 }
 

@@ -10,6 +10,7 @@
 mod adapt;
 mod adaptation;
 mod adapted_parts;
+mod band;
 mod change;
 mod decoder;
 mod features;
@@ -33,6 +34,7 @@ use serde::Serialize;
 pub use adapt::{AdaptMotions, Adapted, MotionErrors, adapt, n_samples};
 pub use adaptation::{AdaptOptions, Adaptation};
 pub use adapted_parts::AdaptedParts;
+pub use band::TipBand;
 pub use change::RobotChange;
 pub use decoder::StrokeDecoder;
 pub use features::{FeatureSpec, Features};

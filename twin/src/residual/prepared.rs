@@ -88,20 +88,16 @@ impl LinearisedTrajectory {
         &self.features[sample * self.n_features..(sample + 1) * self.n_features]
     }
 
-    /// Sums of the squared errors of x, y and z where nothing is added, and where the linear part alone is [mm²],
-    /// and how many samples they are of.
-    pub fn squares(&self, linear: &LinearPart) -> ([[f64; 3]; 2], f64) {
-        let (mut sums, mut count, mut terms) = ([[0.0; 3]; 2], 0.0, Vec::new());
-        for i in (0..self.gap.len()).filter(|&i| !self.gap[i]) {
+    /// Errors of x, y and z in the samples that were measured, where nothing is added, and where the linear part alone is [mm].
+    pub fn errors(&self, linear: &LinearPart) -> Vec<[[f64; 3]; 2]> {
+        let mut terms = Vec::new();
+        let error = |i: usize| {
             let displacement = linear.displacement(self.features_at(i), &mut terms);
-            for a in 0..3 {
-                let added: f64 = (0..3).map(|c| self.gain[i][a][c] * displacement[c]).sum();
-                sums[0][a] += (1e3 * self.undone[i][a]).powi(2);
-                sums[1][a] += (1e3 * (self.undone[i][a] + added)).powi(2);
-            }
-            count += 1.0;
-        }
-        (sums, count)
+            let added = |a: usize| (0..3).map(|c| self.gain[i][a][c] * displacement[c]).sum::<f64>();
+            let undone = self.undone[i].map(|error| 1e3 * error);
+            [undone, std::array::from_fn(|a| undone[a] + 1e3 * added(a))]
+        };
+        (0..self.gap.len()).filter(|&i| !self.gap[i]).map(error).collect()
     }
 
     /// Some samples, for least squares.
@@ -139,6 +135,8 @@ pub(super) struct PreparedTrajectory {
     tip_scale: [f32; 3],
     /// Tip that enters the network (n), normalised; of the sample before.
     feedback: Vec<[f32; 3]>,
+    /// Squared distance of the tip by the last evaluation (n) [mm²].
+    squares: Vec<f32>,
 }
 
 pub(super) fn prepare(
@@ -157,6 +155,7 @@ pub(super) fn prepare(
         measured: one.measured.clone(),
         tip_scale: [0.0; 3],
         feedback: one.measured.clone(),
+        squares: vec![0.0; n],
     };
     if spec.feedback {
         for (scale, channel) in prepared.tip_scale.iter_mut().zip(&inputs.channels[spec.n_of_strokes()..]) {
@@ -191,6 +190,14 @@ impl<'a> TipSequences<'a> {
     pub fn new(sequences: Vec<PreparedTrajectory>, spec: &'a FeatureSpec, noise: [f64; 2]) -> Self {
         let of_tip = (1e3 * noise[1] * 12f64.sqrt()) as f32;
         Self { sequences, spec, widths: [noise[0] as f32, of_tip] }
+    }
+
+    /// Distances of the tip by the last evaluation in the samples that were measured, trajectory by trajectory [mm].
+    pub fn distances(&self) -> impl Iterator<Item = Vec<f64>> {
+        self.sequences.iter().map(|one| {
+            let measured = one.squares.iter().zip(&one.weight).filter(|(_, weight)| **weight > 0.0);
+            measured.map(|(square, _)| f64::from(*square).sqrt()).collect()
+        })
     }
 }
 
@@ -235,7 +242,9 @@ impl Sequences for TipSequences<'_> {
             let (gain, offset, weight) = (&sequence.gain[i], sequence.offset[i], sequence.weight[i]);
             let error: [f32; 3] =
                 std::array::from_fn(|a| offset[a] + (0..3).map(|c| gain[a][c] * output[c]).sum::<f32>());
-            all.loss += f64::from(weight * error.iter().map(|e| e * e).sum::<f32>());
+            let square = error.iter().map(|e| e * e).sum::<f32>();
+            sequence.squares[i] = square;
+            all.loss += f64::from(weight * square);
             for (sum, e) in all.squares.iter_mut().zip(error) {
                 *sum += f64::from(weight * e * e);
             }

@@ -14,6 +14,7 @@ use hysteron_learn::{
 use rand::RngExt;
 use serde::Serialize;
 
+use super::band::{LeftOut, TipBand};
 use super::prepared::{LinearisedTrajectory, TipSequences, output_ranges, prepare};
 use super::recurrent_options::RecurrentOptions;
 use super::sequence::{first_of_one_robot, fit_decoder, names};
@@ -66,6 +67,8 @@ pub fn fit_recurrent(
     let mut is_finished = members.iter().all(|member| member.result.is_finished);
     let reports: Vec<FitReport> = members.iter().map(|member| member.report.clone()).collect();
     let part = ResidualPart::best(&reports);
+    let left_out: Vec<&LeftOut> = members.iter().flat_map(|member| &member.left_out).collect();
+    let tip_band = TipBand::new(part, &left_out);
     let is_of_all = is_finished && n_of_all > 0;
     let mut summaries: Vec<TrainedMember> = members.iter().map(|member| member.summary(part)).collect();
     let used = if is_of_all {
@@ -108,6 +111,7 @@ pub fn fit_recurrent(
             members: summaries,
             part: Some(part),
             networks_of_all: is_of_all.then_some(n_used),
+            tip_band,
             ..ResidualTraining::default()
         },
     };
@@ -151,6 +155,7 @@ struct TrainedNetwork {
     outputs: Normaliser,
     linear: LinearPart,
     report: FitReport,
+    left_out: Vec<LeftOut>,
 }
 
 impl TrainedNetwork {
@@ -240,7 +245,7 @@ impl NetworkInputs<'_> {
             inputs: &inputs.channels,
             outputs: &outputs.channels,
         };
-        let baselines = validation.iter().map(|&k| all[k].squares(&linear)).collect();
+        let baselines: Vec<Vec<[[f64; 3]; 2]>> = validation.iter().map(|&k| all[k].errors(&linear)).collect();
         drop(all);
         let result = self.sessions.fit(number, &mut task, network, &identity)?;
         let mut squares = task.evaluate(&result.model)?.squares;
@@ -253,19 +258,25 @@ impl NetworkInputs<'_> {
             epochs: result.epochs,
             unit: Cow::Borrowed("mm"),
             methods: ResidualPart::ALL.map(|part| part.name().to_owned()).to_vec(),
-            channels: channel_errors(baselines, &squares),
+            channels: channel_errors(&baselines, &squares),
         };
-        Ok(TrainedNetwork { result, inputs, outputs, linear, report })
+        let norm = |error: &[f64; 3]| error.iter().map(|e| e * e).sum::<f64>().sqrt();
+        let left_out = baselines.iter().zip(task.validation().distances()).map(|(errors, network)| {
+            let [nothing, linear] = [0, 1].map(|k| errors.iter().map(|both| norm(&both[k])).collect());
+            [nothing, linear, network]
+        });
+        let left_out = left_out.collect();
+        Ok(TrainedNetwork { result, inputs, outputs, linear, report, left_out })
     }
 }
 
 /// Root mean square errors of x, y and z: of the twin alone and with the linear part, sequence by sequence, and with
 /// the network.
-fn channel_errors(baselines: Vec<([[f64; 3]; 2], f64)>, network: &[f64]) -> Vec<ChannelErrors> {
-    let count = baselines.iter().map(|(_, count)| count).sum::<f64>().max(1.0);
+fn channel_errors(baselines: &[Vec<[[f64; 3]; 2]>], network: &[f64]) -> Vec<ChannelErrors> {
+    let count = baselines.iter().map(|errors| errors.len() as f64).sum::<f64>().max(1.0);
     let of_axis = |(a, axis): (usize, &str)| {
         let root = |sum: f64| (sum / count).sqrt();
-        let baseline = |k: usize| root(baselines.iter().map(|(sums, _)| sums[k][a]).sum());
+        let baseline = |k: usize| root(baselines.iter().flatten().map(|errors| errors[k][a].powi(2)).sum());
         ChannelErrors {
             name: format!("tip {axis}"),
             errors: vec![baseline(0), baseline(1), root(network[a])],

@@ -99,6 +99,14 @@ impl<'a> CorrectedRollout<'a> {
         &self.strokes
     }
 
+    /// Radius of the band about the tip in this sample [m], where recordings were left out in learning.
+    fn tip_band(&self) -> Option<f64> {
+        let ResidualDesign::Recurrent { features, .. } = &self.model.design else { return None };
+        let of_strokes = &self.predictor.normalised()[..features.n_of_strokes()];
+        let farthest = of_strokes.iter().fold(1.0f32, |most, x| most.max(x.abs()));
+        Some(self.model.training.tip_band?.radius(f64::from(farthest) - 1.0))
+    }
+
     /// From outputs to auxiliary strokes, within their bounds and rate; gives what is missing along z [m].
     fn auxiliary_strokes(&mut self) -> Result<f64> {
         let allowed = allowed_strokes(self.auxiliary, &self.strokes, self.model.step_s);
@@ -152,7 +160,7 @@ impl Plant for CorrectedRollout<'_> {
         let report = self.stepper.step(&self.twin, &self.targets)?;
         self.tip = self.twin.tip_of(self.stepper.state());
         self.tip[2] += along;
-        Ok(PlantStep { tip: self.tip, is_extrapolating, report })
+        Ok(PlantStep { tip: self.tip, is_extrapolating, tip_band: self.tip_band(), report })
     }
 
     fn state(&self) -> &TwinState {

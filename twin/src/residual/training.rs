@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::adapted_parts::AdaptedParts;
+use super::band::TipBand;
 use super::kept_parts::ResidualPart;
 use super::recurrent_options::RecurrentOptions;
 
@@ -28,6 +29,9 @@ pub struct ResidualTraining {
     /// validation; none where the networks are `members` themselves.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub networks_of_all: Option<usize>,
+    /// How far the tip may be off, by the recordings that were left out, of the recurrent design; none once it is adapted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tip_band: Option<TipBand>,
     /// Hash of the scene, of the published design.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scene: Option<String>,

@@ -90,6 +90,11 @@ impl<'a, S: Sequences> SequenceTask<'a, S> {
         Ok(Self { options, noise, passes, training, validation })
     }
 
+    /// What the best weights are chosen by.
+    pub fn validation(&self) -> &S {
+        &self.validation
+    }
+
     /// Losses in validation.
     ///
     /// # Errors

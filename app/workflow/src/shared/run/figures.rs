@@ -11,7 +11,11 @@ use hysteron_report::sheet::number;
 use hysteron_report::strokes::auxiliary_strokes;
 use hysteron_twin::TwinTendon;
 
+use super::band::TIP_BAND;
 use super::outcome::Run;
+
+/// Colour of the band.
+const BAND: usize = 3;
 
 /// Strokes and tensions of a run over time.
 pub(super) fn tendons(run: &Run) -> Vec<TimeChart> {
@@ -35,16 +39,27 @@ pub(super) fn tip_and_error(run: &Run) -> anyhow::Result<Vec<TimeChart>> {
         .measured
         .map(|tip| TipSeries::new("measured", MEASURED, &tip).without_gaps(run.gap).relative_to(rest));
     let goals = run.goals.map(|goals| TipSeries::new("goal", TARGET, &goals.positions()).relative_to(rest));
+    let band = run.recording.channel(TIP_BAND).map(|radius| {
+        let level = run.summary.tip_band.as_ref().map_or(f64::NAN, |band| 100.0 * band.level);
+        Curve { width: 2.0, ..Curve::new(format!("{level:.0} % expected within"), BAND, millimetres(radius)) }
+    });
     let error = match (&measured, &goals) {
-        (Some(measured), _) => Some((
-            "Distance of the simulated tip from the measured one over time [mm].",
-            error_panel(measured, std::slice::from_ref(&twin)),
-        )),
+        (Some(measured), _) => {
+            let mut panel = error_panel(measured, std::slice::from_ref(&twin));
+            panel.curves.extend(band);
+            let caption = "Distance of the simulated tip from the measured one over time [mm]; with a residual network the band \
+                           that recordings left out in its training expect it in.";
+            Some((caption, panel))
+        }
         (None, Some(goals)) => Some((
             "Distance of the tip from its goal over time [mm].",
             error_panel(goals, std::slice::from_ref(&twin)),
         )),
-        (None, None) => None,
+        (None, None) => band.map(|band| {
+            let caption = "Radius about the simulated tip within which recordings left out in the training of the network expect \
+                           the robot's own [mm].";
+            (caption, TimePanel::new("expected error [mm]", vec![band]))
+        }),
     };
     let tips: Vec<TipSeries> = measured.into_iter().chain(goals).chain([twin]).collect();
     let time = run.recording.time();

@@ -4,6 +4,7 @@
 //! `<out>.partial.<ext>` with the last equilibrium next to it as `<out>.state`, from which `--resume` continues. What
 //! the robot does in a sample is the one difference between the verbs: it follows strokes, or reaches for a goal.
 
+mod band;
 mod exact;
 mod figures;
 mod in_memory;

@@ -97,6 +97,9 @@ fn results(page: &mut Page, outcome: &Outcome) {
             ("Largest distance from a goal [mm]", format!("{:.1e}", 1e3 * goals.largest_distance_m)),
         ]);
     }
+    if let Some(band) = &run.tip_band {
+        page.paragraph(&format!("{}.", band.sentence()));
+    }
     if let Some(part) = run.extrapolated {
         page.list([("Network outside its training range", format!("{:.1} % of the samples", 100.0 * part))]);
     }

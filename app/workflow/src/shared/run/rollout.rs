@@ -78,7 +78,7 @@ pub fn follow(
         run.summary.add(&step);
         run.trace.push(rollout.state(), &step.strokes, step.tip);
         if let (Some(residual), Some(strokes)) = (&mut residual, rollout.network_strokes()) {
-            residual.push(strokes, step.is_extrapolating);
+            residual.push(strokes, &step);
         }
         if let Some(exact) = &mut exact {
             exact.compare(twin, rollout.state(), &step)?;

@@ -11,6 +11,7 @@ use hysteron_report::folder::ReportFolder;
 use hysteron_twin::command::{Command, CommandRollout};
 use hysteron_twin::{LockedMove, LockingEstimator, RunLocking, Twin, TwinState};
 
+use super::band::TipBandSummary;
 use super::exact::ExactSamples;
 use super::input::{RunInput, Task};
 use super::options::RunOptions;
@@ -104,6 +105,9 @@ pub fn run(
         return Err(partial.stopped(end, n_done, &twin, &command));
     };
     sum_up(&mut summary, &input, (&twin, &command), recording, predicted.as_ref(), farthest);
+    let band = network.as_ref().and_then(|network| network.model().training.tip_band.as_ref());
+    summary.tip_band =
+        band.and_then(|band| TipBandSummary::new(band, recording, input.measured(), input.samples.gap()));
     recording.write(&options.out)?;
     if let Some(path) = &options.save_state {
         last.write(path, &twin, &scene.hash, &context.command)?;

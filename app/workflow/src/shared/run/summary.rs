@@ -7,6 +7,7 @@ use hysteron_twin::{RunLocking, Twin};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::band::TipBandSummary;
 use super::exact::ExactSummary;
 
 /// Numbers of a run; written as they are into `metrics.json`.
@@ -35,6 +36,9 @@ pub struct RunSummary {
     /// Part of the samples in which the residual network left its training range, if there was one [-].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extrapolated: Option<f64>,
+    /// Where the robot's own tip is expected, by a network that learned with recordings left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tip_band: Option<TipBandSummary>,
     /// Part of the samples in which a chain was bent further than it was validated, if there was one [-].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub outside_validation: Option<f64>,
@@ -175,6 +179,9 @@ impl RunSummary {
         if let Some(score) = &self.against_measured {
             let cells = (0..3).map(|c| format!("{} {}", ["x", "y", "z"][c], axis_score(&score.axes[c])));
             tracing::info!("against the measured tip: {}", cells.collect::<Vec<_>>().join(", "));
+        }
+        if let Some(band) = &self.tip_band {
+            tracing::info!("{}", band.sentence());
         }
         if let Some(part) = self.extrapolated {
             tracing::info!("the network left its training range in {:.1} % of samples", 100.0 * part);

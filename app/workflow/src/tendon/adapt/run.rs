@@ -2,7 +2,7 @@
 
 use hysteron_base::checks::Purpose;
 use hysteron_report::page::write_metrics;
-use hysteron_twin::residual::{AdaptMotions, AdaptOptions, adapt, n_samples};
+use hysteron_twin::residual::{AdaptMotions, AdaptOptions, AdaptedParts, adapt, n_samples};
 use hysteron_twin::{RobotMotion, Twin};
 
 use super::options::Options;
@@ -62,6 +62,10 @@ fn adapt_network(options: &Options, context: &Context) -> anyhow::Result<Outcome
     let training = &mut adapted.model.training;
     training.adapted_to = inputs.iter().map(|input| (input.name.clone(), input.hash.clone())).collect();
     training.adapted_kept = Some(adapted.kept);
+    if adapted.kept != AdaptedParts::Nothing {
+        // What was left out in learning was of the robot as it was.
+        training.tip_band = None;
+    }
     training.provenance = Some(context.provenance());
     adapted.model.write(&options.out)?;
     let outcome = Outcome::new(&adapted, &settings, &findings, context);

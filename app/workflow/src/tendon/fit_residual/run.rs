@@ -81,6 +81,15 @@ fn print(outcome: &Outcome, context: &Context) {
         let errors: Vec<String> = of_method.map(|(name, error)| format!("{name} {error:.3} mm")).collect();
         context.print(format_args!("network {} in validation: {}", k + 1, errors.join(", ")));
     }
+    if let Some(band) = &outcome.training.tip_band {
+        context.print(format_args!(
+            "{:.0} % of the tip within {:.3} mm on {} recordings left out (twin alone {:.3} mm)",
+            100.0 * band.level,
+            band.radius_mm,
+            band.recordings,
+            band.alone_mm,
+        ));
+    }
     outcome.warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
 }
 
