@@ -239,9 +239,14 @@ fn a_twin_learns_what_its_network_does_not_know() {
     let simulate = |checkpoint: &str, out: &str| {
         let arguments = ["simulate", "scene-coreact.toml", "--strokes", "data/line.parquet"];
         place.run(&[&arguments[..], &["--residual", checkpoint, "--out", out]].concat()).succeeded();
-        Recording::read(place.path().join(out)).unwrap().tip().unwrap()[0].to_vec()
+        Recording::read(place.path().join(out)).unwrap()
     };
-    assert_ne!(simulate("residual.safetensors", "old.parquet"), simulate("new.safetensors", "new.parquet"));
+    let [before, after] = [("residual.safetensors", "old.parquet"), ("new.safetensors", "new.parquet")]
+        .map(|(checkpoint, out)| simulate(checkpoint, out));
+    assert_ne!(before.tip().unwrap()[0], after.tip().unwrap()[0]);
+    // What was left out in learning says how far the tip may be off, until the robot is another.
+    assert!(before.require("tip_band_m").unwrap().iter().all(|radius| *radius > 0.0 && *radius < 0.1));
+    assert!(after.channel("tip_band_m").is_none());
     let refused = place.run(&[
         "adapt",
         "residual.safetensors",

@@ -15,7 +15,8 @@ pub struct Options {
     #[cfg_attr(feature = "clap", arg(long, value_name = "REC"))]
     pub strokes: PathBuf,
     /// Checkpoint by hysteron fit-residual: its network drives the auxiliary tendons, from the strokes and the
-    /// twin's tip
+    /// twin's tip. Where recordings were left out in its training, how far the robot's tip may be off the twin's is
+    /// told, drawn and written too, as tip_band_m
     #[cfg_attr(feature = "clap", arg(long, value_name = "CKPT"))]
     pub residual: Option<PathBuf>,
     /// Scene and outputs.
