@@ -12,9 +12,6 @@ use serde::{Deserialize, Serialize};
 
 use super::ResidualPart;
 
-/// Part of the samples that a band is to hold [-].
-const LEVEL: f64 = 0.9;
-
 /// Distances of the true tip from the predicted one that are exceeded in few samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TipBand {
@@ -32,11 +29,14 @@ pub struct TipBand {
 pub(super) type LeftOut = [Vec<f64>; ResidualPart::ALL.len()];
 
 impl TipBand {
+    /// Part of the samples that a band is to hold [-].
+    pub const LEVEL: f64 = 0.9;
+
     /// The band of a twin with a part of a residual model; none without a sample.
     pub(super) fn new(part: ResidualPart, left_out: &[&LeftOut]) -> Option<Self> {
         let of = |part: ResidualPart| quantile(left_out.iter().map(|one| one[part as usize].as_slice()));
         Some(Self {
-            level: LEVEL,
+            level: Self::LEVEL,
             radius_mm: of(part)?,
             alone_mm: of(ResidualPart::Nothing)?,
             recordings: left_out.len(),
@@ -50,12 +50,12 @@ impl TipBand {
     }
 }
 
-/// The value that [`LEVEL`] of the samples do not exceed, where all groups weigh the same.
+/// The value that [`TipBand::LEVEL`] of the samples do not exceed, where all groups weigh the same.
 fn quantile<'a>(groups: impl Iterator<Item = &'a [f64]>) -> Option<f64> {
     let weighted = |group: &'a [f64]| group.iter().map(|value| (*value, 1.0 / group.len() as f64));
     let mut values: Vec<(f64, f64)> = groups.flat_map(weighted).collect();
     values.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut left = LEVEL * values.iter().map(|(_, weight)| weight).sum::<f64>();
+    let mut left = TipBand::LEVEL * values.iter().map(|(_, weight)| weight).sum::<f64>();
     values.into_iter().find_map(|(value, weight)| {
         left -= weight;
         // Weights that add up to a whole number do so to rounding.

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Channel of the radius [m].
-pub(super) const TIP_BAND: &str = "tip_band_m";
+pub const TIP_BAND: &str = "tip_band_m";
 
 /// Where the robot's own tip is expected: the band about the tip of the twin, as wide as the error on recordings that were left out
 /// in learning, and wider where an input of the network lies outside its training range.
@@ -53,13 +53,23 @@ impl TipBandSummary {
 
     /// In a sentence.
     pub(super) fn sentence(&self) -> String {
-        let [median, most] = [self.radius_median_m, self.radius_max_m].map(|radius| 1e3 * radius);
-        let level = 100.0 * self.level;
-        let held =
-            self.held.map_or(String::new(), |part| format!("; of the measured tip {:.1} %", 100.0 * part));
+        let expected = expected_within(self.level, self.radius_median_m);
+        let most = 1e3 * self.radius_max_m;
+        let held = self
+            .held
+            .map_or(String::new(), |part| format!("; that holds {:.1} % of the measured tip", 100.0 * part));
         format!(
-            "{level:.0} % of the robot's tip are expected within {median:.2} mm of the twin's (at most {most:.2} mm), by {} recordings left out in learning{held}",
+            "{expected} (at most {most:.2} mm), by {} recordings left out in learning{held}",
             self.recordings
         )
     }
+}
+
+/// How near the robot's tip is expected.
+pub fn expected_within(level: f64, radius_m: f64) -> String {
+    format!(
+        "The robot's tip is expected within {:.2} mm of the twin's in {:.0} % of the samples",
+        1e3 * radius_m,
+        100.0 * level
+    )
 }

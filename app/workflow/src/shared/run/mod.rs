@@ -21,6 +21,7 @@ mod series;
 mod summary;
 mod trace;
 
+pub use band::{TIP_BAND, expected_within};
 pub use in_memory::rollout;
 pub use input::Task;
 pub use options::RunOptions;

@@ -36,4 +36,6 @@ pub(super) struct Answer {
     pub(super) limited: Vec<f64>,
     /// 1 where a network left its training range.
     pub(super) extrapolating: Vec<f64>,
+    /// Radius of the band about the twin's tip [m]; empty without one.
+    pub(super) tip_band: Vec<f64>,
 }

@@ -29,6 +29,10 @@ pub struct Outcome {
     pub limited: f64,
     /// Share of the path's samples outside the range of the training [-].
     pub extrapolating: f64,
+    /// Radius about the twin's tip that the robot's is expected in, median of the path, by the recordings left out in the training of
+    /// the twin's residual network [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tip_band_m: Option<f64>,
     /// The command that made this.
     pub command: String,
     /// Commit of the program.

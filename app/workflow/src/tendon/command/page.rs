@@ -8,8 +8,10 @@ use hysteron_report::page::Page;
 use hysteron_report::series::{
     TARGET, TWIN, TipSeries, error_panel, millimetres, numbered_panels, tip_panels,
 };
+use hysteron_twin::residual::TipBand;
 
 use super::outcome::Outcome;
+use crate::shared::run::expected_within;
 
 /// Writes the figures, `report.html` and `metrics.json` to `folder`.
 pub(super) fn write(folder: &ReportFolder, outcome: &Outcome, recording: &Recording) -> anyhow::Result<()> {
@@ -40,6 +42,9 @@ pub(super) fn write(folder: &ReportFolder, outcome: &Outcome, recording: &Record
         ("Limited by stroke or rate [% of samples]", part("limited")),
         ("Network outside its training range [% of samples]", part("extrapolating")),
     ]);
+    if let Some(radius) = outcome.tip_band_m {
+        page.paragraph(&format!("{}.", expected_within(TipBand::LEVEL, radius)));
+    }
     page.heading("Figures");
     for chart in [stroke_chart(recording, strokes), path_chart(recording)].into_iter().flatten() {
         folder.add(&mut page, &chart)?;

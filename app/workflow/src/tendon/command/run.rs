@@ -1,14 +1,17 @@
 //! The recipe: path to strokes, strokes to recording and report.
 
 use hysteron_base::BadInput;
+use hysteron_base::statistics::nearest_quantile;
 use hysteron_control::path::PathSpan;
 use hysteron_report::folder::ReportFolder;
+use hysteron_twin::residual::TipBand;
 
 use super::answer::LimitOverrides;
 use super::options::Options;
 use super::outcome::Outcome;
 use super::page;
 use crate::shared::outcome::MetricsFormat;
+use crate::shared::run::{TIP_BAND, expected_within};
 use crate::{COMMIT, Context, WorkflowError};
 
 /// Runs the verb.
@@ -47,11 +50,17 @@ fn command(options: &Options, context: &Context) -> anyhow::Result<Outcome> {
         source: recording.meta().source.clone(),
         limited: part("limited"),
         extrapolating: part("extrapolating"),
+        tip_band_m: recording
+            .channel(TIP_BAND)
+            .and_then(|radii| nearest_quantile(&mut radii[first..first + n].to_vec(), 0.5)),
         command: context.command.clone(),
         commit: COMMIT.to_owned(),
     };
     if let Some(folder) = &options.figures {
         page::write(&ReportFolder { path: folder, png: false }, &outcome, &recording)?;
+    }
+    if let Some(radius) = outcome.tip_band_m {
+        context.print(format_args!("{}", expected_within(TipBand::LEVEL, radius)));
     }
     context.wrote(&options.out);
     Ok(outcome)

@@ -15,6 +15,7 @@ use super::twin_strokes;
 use crate::shared::error::Cancelled;
 use crate::shared::memory;
 use crate::shared::outputs::Outputs;
+use crate::shared::run::TIP_BAND;
 use crate::{COMMIT, Context};
 
 impl Way {
@@ -122,6 +123,7 @@ fn by_network(
         twin: None,
         limited: commands.steps.iter().map(|step| f64::from(u8::from(step.is_limited))).collect(),
         extrapolating: commands.steps.iter().map(|step| f64::from(u8::from(step.is_extrapolating))).collect(),
+        tip_band: Vec::new(),
     };
     Ok(if n < target.path.len() { answer } else { answer.with_approach(limits.stroke_rate, target.step) })
 }
@@ -177,6 +179,9 @@ fn recording(
     channels.extend(axes.map(|(name, values)| Channel::new(name, values)));
     channels.push(Channel::new("extrapolating", answer.extrapolating));
     channels.push(Channel::new("limited", answer.limited));
+    if !answer.tip_band.is_empty() {
+        channels.push(Channel::new(TIP_BAND, answer.tip_band));
+    }
     let mut extra = BTreeMap::from([("limited_samples".to_owned(), n_limited.to_string())]);
     if let Some(path) = &way.checkpoint {
         extra.insert("checkpoint_sha256".to_owned(), file::sha256_of(path)?);

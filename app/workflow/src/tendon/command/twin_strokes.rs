@@ -80,6 +80,7 @@ pub(super) fn strokes(
         twin: Some(Default::default()),
         limited: Vec::new(),
         extrapolating: Vec::new(),
+        tip_band: Vec::new(),
     };
     answer.approach = approach(&mut follower, twin.tip_of(&twin.rest()), target, &mut answer)?;
     let mut square = 0.0;
@@ -135,5 +136,6 @@ impl Answer {
         }
         self.limited.push(f64::from(u8::from(step.is_limited)));
         self.extrapolating.push(f64::from(u8::from(step.is_extrapolating)));
+        self.tip_band.extend(step.tip_band);
     }
 }
