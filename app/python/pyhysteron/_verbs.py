@@ -65,7 +65,8 @@ def simulate(
         scene: Scene file of the robot (scene.toml).
         strokes: Recording with the strokes to follow, .parquet or .csv.
         residual: Checkpoint by hysteron fit-residual: its network drives the auxiliary tendons, from the
-            strokes and the twin's tip.
+            strokes and the twin's tip. Where recordings were left out in its training, how far the robot's
+            tip may be off the twin's is told, drawn and written too, as tip_band_m.
         reduced: Chain by hysteron reduce: it moves the robot in place of the finite elements [default: that
             of the scene, if it names one].
         exact_every: With a chain: make every N-th step by the finite elements too, and say how far the chain

@@ -283,6 +283,8 @@ __all__ = [
     "TentacleMetrics",
     "TimePercentiles",
     "Tip",
+    "TipBand",
+    "TipBandSummary",
     "TipForceErrors",
     "TrackOutcome",
     "Tracked",
@@ -1306,6 +1308,10 @@ class CommandOutcome(_Outcome):
 
     source: str
     """Provenance of the strokes."""
+
+    tip_band_m: float | None = None
+    """Radius about the twin's tip that the robot's is expected in, median of the path, by the recordings left
+    out in the training of the twin's residual network [m]."""
 
     version: int
     """Its version."""
@@ -3937,6 +3943,10 @@ class ResidualTraining(_Outcome):
     sequences: list[str] | None = None
     """Names of all recordings, of the recurrent design."""
 
+    tip_band: TipBand | None = None
+    """How far the tip may be off, by the recordings that were left out, of the recurrent design; none once it is
+    adapted."""
+
     trained_on: list[str] | None = None
     """Names of the training recordings, of the published design."""
 
@@ -4187,6 +4197,9 @@ class RunSummary(_Outcome):
 
     tendons: list[TendonSummary]
     """One entry per primary tendon."""
+
+    tip_band: TipBandSummary | None = None
+    """Where the robot's own tip is expected, by a network that learned with recordings left out."""
 
     tip_max_m: list[float]
     """See `tip_min_m`."""
@@ -5942,6 +5955,45 @@ class Tip(_Outcome):
 
     rmse_mm: float
     """Distance from the path [mm]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TipBand(_Outcome):
+    """Distances of the true tip from the predicted one that are exceeded in few samples."""
+
+    alone_mm: float
+    """The same of the twin alone [mm]."""
+
+    level: float
+    """Part of the samples within [-]."""
+
+    radius_mm: float
+    """Radius of the band [mm]."""
+
+    recordings: int
+    """Recordings that were left out in turn."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TipBandSummary(_Outcome):
+    """Where the robot's own tip is expected: the band about the tip of the twin, as wide as the error on
+    recordings that were left out in learning, and wider where an input of the network lies outside its
+    training range."""
+
+    held: float | None = None
+    """Part of the measured samples that it holds, where the tip was measured [-]."""
+
+    level: float
+    """Part of the samples that the band is to hold [-]."""
+
+    radius_max_m: float
+    """Largest radius [m]."""
+
+    radius_median_m: float
+    """Radius about the tip, median [m]."""
+
+    recordings: int
+    """Recordings that it is calibrated on."""
 
 
 @dataclass(frozen=True, kw_only=True)
