@@ -86,10 +86,10 @@ pub enum TendonStudy {
     /// 500 static shapes of a rod compared with SoRoSim; half an hour
     #[command(after_help = include_str!("tendon/data.txt"))]
     Sorosim(tendon::DataOptions),
-    /// 14 holds of a recorded silicone tentacle, nominal and fitted parameters, residual tensions; an hour
+    /// 14 holds of a recorded silicone tentacle, nominal and fitted parameters, residual tensions; minutes
     #[command(after_help = include_str!("tendon/data.txt"))]
     Tentacle(tendon::DataOptions),
-    /// A recorded three-segment robot, tip on patterns that were not fitted, by twelve methods; hours
+    /// A recorded three-segment robot, tip on patterns that were not fitted, by fourteen methods; minutes
     #[command(after_help = include_str!("tendon/data.txt"))]
     Ftdcr(tendon::DataOptions),
     /// Strokes of two recorded robots from their tips: regressions, a kernel, networks; an hour

@@ -46,12 +46,14 @@ impl StudyMetrics for FtdcrMetrics {
     }
 }
 
-/// Parameters of the reduced model, fold by fold.
+/// Parameters of the reduced model, fold by fold; lengths in millimetres.
 fn parameters(folds: &[FoldResult]) -> StudyTable {
     let names = folds.first().map_or(&[][..], |fold| &fold.parameters);
     let rows = names.iter().enumerate().map(|(k, parameter)| {
-        let values = folds.iter().map(|fold| significant(fold.parameters[k].value, 3));
-        std::iter::once(parameter.name.clone()).chain(values).collect()
+        let name = parameter.name.replace("[m", "[mm");
+        let scale = if name == parameter.name { 1.0 } else { 1e3 };
+        let values = folds.iter().map(|fold| significant(scale * fold.parameters[k].value, 3));
+        std::iter::once(name).chain(values).collect()
     });
     let headings = (1..=folds.len()).map(|k| format!("Fold {k}"));
     let headings = ["Parameter".to_owned()].into_iter().chain(headings);

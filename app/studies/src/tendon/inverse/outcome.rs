@@ -5,6 +5,8 @@ use hysteron_workflow::shared::verdict::{compared, repeated};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::methods::Errors;
+
 /// The numbers of `study inverse`; a robot without recordings is skipped.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 pub struct InverseMetrics {
@@ -22,11 +24,11 @@ pub struct TrunkResult {
     /// Names of the methods.
     pub methods: Vec<String>,
     /// Errors of the motor angles on test blocks [deg].
-    pub unseen_blocks_deg: Vec<[f64; 5]>,
+    pub unseen_blocks_deg: Vec<Errors>,
     /// The same with 200 g at the tip [deg].
-    pub loaded_deg: Vec<[f64; 5]>,
+    pub loaded_deg: Vec<Errors>,
     /// Delays that the methods chose [s].
-    pub delays_s: Vec<[f64; 5]>,
+    pub delays_s: Vec<Errors>,
     /// The path under load against the one without, same commands.
     pub path_under_load: PathDifference,
 }
@@ -52,7 +54,7 @@ pub struct SegmentsResult {
     /// Names of the methods.
     pub methods: Vec<String>,
     /// Errors of the strokes on test patterns, fold by fold and method by method [mm].
-    pub folds_mm: Vec<[f64; 5]>,
+    pub folds_mm: Vec<Errors>,
 }
 
 /// Whether a network finds strokes better than a static regression.
@@ -81,7 +83,7 @@ pub(super) struct InverseTest<'a> {
     /// Names of the methods.
     pub methods: &'a [String],
     /// Their errors, repeat by repeat.
-    pub errors: &'a [[f64; 5]],
+    pub errors: &'a [Errors],
 }
 
 impl InverseMetrics {

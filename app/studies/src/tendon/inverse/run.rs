@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::baselines;
 use super::demonstrations::{N_MOTORS, TRUNK_STEP, TURNS, blocks, pattern};
-use super::methods::{Errors, InverseScores, METHODS, evaluate, ftdcr_options, trunk_options};
+use super::methods::{Controllers, Errors, InverseScores, METHODS, ftdcr_options, trunk_options};
 use super::outcome::{InverseMetrics, PathDifference, SegmentsResult, TrunkResult};
 use crate::tendon::columns::Columns;
 use crate::tendon::ftdcr::{N_FOLDS, folds, read_patterns};
@@ -79,9 +79,8 @@ fn study_trunk(folder: &Path, quick: bool) -> Result<TrunkResult> {
         .into_par_iter()
         .map(|seed| {
             let options = RecurrentOptions { seed, ..trunk_options(quick) };
-            let [same, other] = [(&test, &baselines[0]), (&under_load, &baselines[1])]
-                .map(|(test, baselines)| evaluate(&known, test, baselines, &options));
-            Ok([same?, other?])
+            let controllers = Controllers::new(&known, &options)?;
+            Ok([controllers.scores(&test, &baselines[0])?, controllers.scores(&under_load, &baselines[1])?])
         })
         .collect::<Result<Vec<[InverseScores; 2]>>>()?;
     let row = |k: usize| found.iter().map(|both| both[k].errors).collect::<Vec<Errors>>();
@@ -127,7 +126,7 @@ fn study_segments(path: &Path, quick: bool) -> Result<SegmentsResult> {
             let stop: Vec<String> =
                 known.iter().skip(STOP_BY - 1).step_by(STOP_BY).map(|one| one.name.clone()).collect();
             let known = Dataset::new(known, &stop, 1)?;
-            evaluate(&known, &test, &baselines::all(&known, &test)?, &ftdcr_options(quick))
+            Controllers::new(&known, &ftdcr_options(quick))?.scores(&test, &baselines::all(&known, &test)?)
         })
         .collect::<Result<Vec<InverseScores>>>()?;
     let errors: Vec<Errors> = found.iter().map(|test| test.errors).collect();
