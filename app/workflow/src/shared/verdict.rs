@@ -73,12 +73,11 @@ pub fn parameters(assessment: VerdictBuilder, assessed: &[AssessedParameter]) ->
         share(&names),
         match &names[..] {
             [] => "the data determine every parameter".to_owned(),
-            names => [
-                vec![format!("the data do not determine {}", names.join(", "))],
-                consequences.iter().map(|&it| it.to_owned()).collect(),
-            ]
-            .concat()
-            .join(": "),
+            names => {
+                let colon = if consequences.is_empty() { "" } else { ": " };
+                let consequences = consequences.join("; ");
+                format!("the data do not determine {}{colon}{consequences}", names.join(", "))
+            }
         },
     );
     let relative = |assessed: &AssessedParameter| {

@@ -57,7 +57,14 @@ mod tests {
 
     fn answer(strokes: Vec<Vec<f64>>) -> Answer {
         let n = strokes[0].len();
-        Answer { approach: 0, strokes, twin: None, limited: vec![1.0; n], extrapolating: vec![0.0; n] }
+        Answer {
+            approach: 0,
+            strokes,
+            twin: None,
+            limited: vec![1.0; n],
+            extrapolating: vec![0.0; n],
+            tip_band: Vec::new(),
+        }
     }
 
     #[test]

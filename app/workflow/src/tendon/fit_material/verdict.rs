@@ -31,10 +31,6 @@ pub(super) struct FinishedFit<'a> {
 /// Part of the largest tension allowed from which on a tendon is reported as overloaded.
 const STRAINED: f64 = 0.8;
 
-/// Quantities of friction, and what follows where nothing of them is known.
-const FRICTION: [&str; 5] = ["coefficient", "coulomb", "sheath_exponent", "sheath_coulomb", "backlash"];
-const FRICTION_ASSUMED: &str = "the twin's hysteresis is that of the scene, not of the robot; record slow motions that turn back, under more and less pull";
-
 impl FinishedFit<'_> {
     /// Whether the fitted scene can replace the robot.
     pub fn verdict(&self) -> Verdict {
@@ -118,12 +114,46 @@ impl FinishedFit<'_> {
     }
 }
 
-/// Consequence for the user where the data do not determine a quantity.
+/// Consequence for the user where the data do not determine a quantity, and the recording that would.
 fn consequence(quantity: &str) -> Option<&'static str> {
-    match quantity {
-        "youngs_modulus" => Some(
-            "under strokes the tip hardly depends on it, but tensions and forces of the twin are as uncertain as it is",
-        ),
-        _ => FRICTION.contains(&quantity).then_some(FRICTION_ASSUMED),
+    let consequence = match quantity {
+        "youngs_modulus" => {
+            "under strokes the tip hardly depends on it, but tensions and forces of the twin are as uncertain as it is; record tensions, \
+             or the tip under a known weight"
+        }
+        "poisson_ratio" => "a tip hardly depends on it: keep that of the material",
+        "density" | "gravity" => {
+            "the twin sags as the scene says; record the robot at rest and bent to all sides, lying and hanging"
+        }
+        "tracker_turn" | "tracker_shift" => {
+            "a frame that is off looks like another robot; record motions to all sides, and the rest between them"
+        }
+        "zero" | "common_zero" => {
+            "where a tendon gets taut is that of the scene; release every tendon until it is slack, and pull it again"
+        }
+        "compliance" | "sheath_compliance_share" => {
+            "how far tendons stretch is that of the scene; record large pulls, with opposite tendons taut and slack, or tensions"
+        }
+        "coefficient" | "coulomb" | "sheath_exponent" | "sheath_coulomb" | "backlash" => {
+            "the twin's hysteresis is that of the scene, not of the robot; record slow motions that turn back, under more and less pull"
+        }
+        _ => return None,
+    };
+    Some(consequence)
+}
+
+#[cfg(test)]
+mod tests {
+    use hysteron_twin::fit::QUANTITIES;
+
+    use super::*;
+
+    #[test]
+    fn every_quantity_that_stays_unknown_has_a_remedy() {
+        let remedies = ["record ", "release ", "keep "];
+        for quantity in &QUANTITIES {
+            let words = consequence(quantity.name).unwrap_or_default();
+            assert!(remedies.iter().any(|remedy| words.contains(remedy)), "{}: {words}", quantity.name);
+        }
     }
 }
