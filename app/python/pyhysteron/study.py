@@ -204,7 +204,7 @@ def tentacle(
     verbose: bool = False,
     progress: bool = False,
 ) -> outcomes.StudyTentacleOutcome:
-    """14 holds of a recorded silicone tentacle, nominal and fitted parameters, residual tensions; an hour.
+    """14 holds of a recorded silicone tentacle, nominal and fitted parameters, residual tensions; minutes.
 
     As `hysteron study tentacle`.
 
@@ -245,7 +245,7 @@ def ftdcr(
     verbose: bool = False,
     progress: bool = False,
 ) -> outcomes.StudyFtdcrOutcome:
-    """A recorded three-segment robot, tip on patterns that were not fitted, by twelve methods; hours.
+    """A recorded three-segment robot, tip on patterns that were not fitted, by fourteen methods; minutes.
 
     As `hysteron study ftdcr`.
 
