@@ -83,7 +83,7 @@ fn recorded_robots_are_compared_with_the_simplest_baseline() {
     let errors = |first: f64| {
         let error = |(name, error): (&str, f64)| format!(r#"{{"method":"{name}","rmse_mm":{error}}}"#);
         let led = "FE twin, led to the measured tip";
-        [("constant curvature, 12 parameters", first), ("kernel regression", 2.0), (led, 0.1)]
+        [("constant curvature without play and weight", first), ("kernel regression", 2.0), (led, 0.1)]
             .map(error)
             .join(",")
     };
@@ -107,7 +107,7 @@ fn recorded_robots_are_compared_with_the_simplest_baseline() {
     );
 
     let inverse = sentence::<super::inverse::InverseMetrics>(
-        r#"{"ftdcr":{"methods":["static regression","b","c","d","network"],"folds_mm":[[4.0,3.0,3.0,3.0,1.0],[4.0,3.0,3.0,3.0,2.0]]}}"#,
+        r#"{"ftdcr":{"methods":["static regression","b","c","d","e","network","f"],"folds_mm":[[4.0,3.0,3.0,3.0,3.0,1.0,3.0],[4.0,3.0,3.0,3.0,3.0,2.0,3.0]]}}"#,
     );
     assert!(inverse.starts_with("Usable: "), "{inverse}");
 }

@@ -90,7 +90,7 @@ impl<'a, S: Sequences> SequenceTask<'a, S> {
         Ok(Self { options, noise, passes, training, validation })
     }
 
-    /// What the best weights are chosen by.
+    /// The sequences that choose the best weights.
     pub fn validation(&self) -> &S {
         &self.validation
     }

@@ -83,14 +83,14 @@ impl Reduced {
         let energy = |bend: &Bend| {
             0.5 * bend.dot(&stiffness.component_mul(bend))
                 + stretch(bend).norm_squared() / (2.0 * self.compliance)
-                - Chain::new(bend).work(&self.weight)
+                - ArcChain::new(bend).work(&self.weight)
         };
         let mut bend = Bend::zeros();
         for _ in 0..MAX_STEPS {
             let stretched = stretch(&bend);
             let gradient = stiffness.component_mul(&bend)
                 - rows.transpose() * stretched / self.compliance
-                - Chain::new(&bend).work_gradient(&self.weight);
+                - ArcChain::new(&bend).work_gradient(&self.weight);
             let mut hessian = SMatrix::<f64, 6, 6>::from_diagonal(&stiffness);
             for k in (0..N_TENDONS).filter(|&k| stretched[k] > 0.0) {
                 hessian += rows.row(k).transpose() * rows.row(k) / self.compliance;
@@ -108,7 +108,7 @@ impl Reduced {
             }
             bend += part * step;
         }
-        let chain = Chain::new(&bend);
+        let chain = ArcChain::new(&bend);
         let axis: Vector3<f64> = chain.frames[3].column(2).into();
         let tensions = stretch(&bend) / self.compliance;
         Shape { marker: chain.ends[3] + self.marker * axis, axis, tensions: tensions.into() }
@@ -116,7 +116,7 @@ impl Reduced {
 }
 
 /// The arcs one after the other.
-struct Chain {
+struct ArcChain {
     bend: Bend,
     /// Base and ends of the segments [m].
     ends: [Vector3<f64>; 4],
@@ -124,7 +124,7 @@ struct Chain {
     frames: [Matrix3<f64>; 4],
 }
 
-impl Chain {
+impl ArcChain {
     fn new(bend: &Bend) -> Self {
         let mut chain = Self { bend: *bend, ends: [Vector3::zeros(); 4], frames: [Matrix3::identity(); 4] };
         for (k, length) in LENGTHS.into_iter().enumerate() {
@@ -283,10 +283,10 @@ mod tests {
         let weight = Vector3::new(0.3, -0.5, -0.7);
         for size in [1e-3, 9e-3, 0.4, 2.0] {
             let bend = size * Bend::new(0.6, -0.3, 0.2, 0.9, -0.7, 0.1);
-            let gradient = Chain::new(&bend).work_gradient(&weight);
+            let gradient = ArcChain::new(&bend).work_gradient(&weight);
             for c in 0..6 {
                 let step = 1e-5 * Bend::ith(c, 1.0);
-                let [up, down] = [bend + step, bend - step].map(|bend| Chain::new(&bend).work(&weight));
+                let [up, down] = [bend + step, bend - step].map(|bend| ArcChain::new(&bend).work(&weight));
                 // Rounding of 0.1 J over the step, and its square.
                 assert!((gradient[c] - (up - down) / 2e-5).abs() < 1e-10, "{size} {c}");
             }
