@@ -101,10 +101,11 @@ impl<'a> CorrectedRollout<'a> {
 
     /// Radius of the band about the tip in this sample [m], where recordings were left out in learning.
     fn tip_band(&self) -> Option<f64> {
+        let band = self.model.training.tip_band?;
         let ResidualDesign::Recurrent { features, .. } = &self.model.design else { return None };
         let of_strokes = &self.predictor.normalised()[..features.n_of_strokes()];
         let farthest = of_strokes.iter().fold(1.0f32, |most, x| most.max(x.abs()));
-        Some(self.model.training.tip_band?.radius(f64::from(farthest) - 1.0))
+        Some(band.radius(f64::from(farthest) - 1.0))
     }
 
     /// From outputs to auxiliary strokes, within their bounds and rate; gives what is missing along z [m].

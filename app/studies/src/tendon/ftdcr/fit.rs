@@ -160,8 +160,7 @@ mod tests {
         let strokes: Vec<[f64; N_TENDONS]> = (0..80).map(|_| std::array::from_fn(|_| stroke())).collect();
         let model = model(&[&[0.3e-3; N_TENDONS][..], &[0.4, 1.1, 3e-4]].concat());
         let measured = |row: Row| Row { tip: model.shape(&row).marker.into(), ..row };
-        let row = |strokes| Row { strokes, tip: [0.0; 3], directions: [0.0; N_TENDONS] };
-        strokes.into_iter().map(|strokes| measured(row(strokes))).collect()
+        strokes.into_iter().map(|strokes| measured(Row::new(strokes, [0.0; 3]))).collect()
     }
 
     #[test]

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rand::seq::SliceRandom;
 
 use super::fit::{Fitted, ParameterSet};
-use super::outcome::CORRECTED;
+use super::outcome::{CORRECTED, MODEL};
 use super::recording::{N_TENDONS, Pattern, Row};
 use super::reduced::Shape;
 use super::robot::Robot;
@@ -96,14 +96,16 @@ impl Fold {
         let mut rows_without_equilibrium = 0;
         let mut twin = None;
         if let Some(robot) = robot {
-            // The best of the methods above, on the rows that the twin goes to.
-            let mut one = errors[CORRECTED].iter().copied();
-            let by_pattern =
-                held.iter().map(|pattern| one.by_ref().take(pattern.rows.len()).collect::<Vec<_>>());
-            let thinned = by_pattern.flat_map(|errors| errors.into_iter().step_by(TWIN_EVERY)).collect();
+            // The best of the methods above, and the model alone, on the rows that the twin goes to.
+            let thinned = [CORRECTED, MODEL].map(|method| {
+                let mut all = errors[method].iter().copied();
+                let of_pattern =
+                    |pattern: &Pattern| all.by_ref().take(pattern.rows.len()).collect::<Vec<_>>();
+                let by_pattern = held.iter().map(of_pattern);
+                by_pattern.flat_map(|errors| errors.into_iter().step_by(TWIN_EVERY)).collect()
+            });
             let (own, more, n_failed) = twin_errors(robot, &fitted, training, held)?;
-            errors.push(thinned);
-            errors.extend(more);
+            errors.extend(thinned.into_iter().chain(more));
             rows_without_equilibrium = n_failed;
             twin = Some(own);
         }
@@ -130,7 +132,6 @@ fn twin_errors(
     let shapes = |rows: &[&Row]| rows.iter().map(|row| own.model.shape(row)).collect::<Vec<_>>();
     let measured = |row: &&Row| own.of_robot(row.tip.into());
 
-    let of_model = new_rows.iter().map(|row| fitted.model.shape(row).marker).collect();
     let (given, _) = robot.predict(fitted, &new)?;
     let (uncorrected, n_failed) = robot.predict(&own, &new)?;
     let left = robot.predict(&own, &known)?.0.into_iter().zip(&known_rows);
@@ -145,7 +146,7 @@ fn twin_errors(
     let tips: Vec<Vector3<f64>> = new_rows.iter().map(measured).collect();
     let (led, _) = robot.lead(&own, &new, &tips)?;
 
-    let by = [(fitted, of_model), (fitted, given), (&own, uncorrected), (&own, corrected), (&own, led)];
+    let by = [(fitted, given), (&own, uncorrected), (&own, corrected), (&own, led)];
     let off = |(fitted, markers): &(&Fitted, Vec<Vector3<f64>>)| -> Vec<f64> {
         let each = new_rows.iter().zip(markers);
         each.map(|(row, marker)| distance(fitted.measured(*marker), row.tip.map(|c| 1e3 * c))).collect()

@@ -163,9 +163,7 @@ mod tests {
                 .map(|_| std::array::from_fn(|_| rand::RngExt::random_range(&mut stream, -5e-3..5e-3)))
                 .collect();
             let tip = |k: usize| [10.0 * strokes[k][0], 10.0 * strokes[k.saturating_sub(1)][1], 0.1];
-            let rows = (0..12)
-                .map(|k| Row { strokes: strokes[k], tip: tip(k), directions: [0.0; N_TENDONS] })
-                .collect();
+            let rows = (0..12).map(|k| Row::new(strokes[k], tip(k))).collect();
             Pattern { label: String::new(), rows }
         };
         let patterns: Vec<Pattern> = (0..60).map(&mut pattern).collect();

@@ -69,7 +69,8 @@ pub(super) const METHODS: [&str; 14] = [
     "FE twin + CoReAct",
     "FE twin, led to the measured tip",
 ];
-/// Place of the kernel ridge on the residual of constant curvature.
+/// Places of constant curvature, and of the kernel ridge on its residual.
+pub(super) const MODEL: usize = 1;
 pub(super) const CORRECTED: usize = 2;
 /// Method that the others are compared with, the simplest; and the one that is given what the others predict.
 const SIMPLEST: &str = METHODS[0];

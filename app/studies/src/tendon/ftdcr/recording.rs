@@ -20,6 +20,13 @@ pub struct Row {
     pub directions: [f64; N_TENDONS],
 }
 
+impl Row {
+    /// A row that is not known to come from another.
+    pub fn new(strokes: [f64; N_TENDONS], tip: [f64; 3]) -> Self {
+        Self { strokes, tip, directions: [0.0; N_TENDONS] }
+    }
+}
+
 /// Change of a stroke from which on it is a motion, not the noise of a servo at rest [m].
 const MOTION: f64 = 0.2e-3;
 
@@ -46,7 +53,7 @@ pub fn read_patterns(path: &Path) -> Result<Vec<Pattern>> {
         (table.at("pattern_label")?, [table.at("tip_x")?, table.at("tip_y")?, table.at("tip_z")?]);
     let mut patterns: Vec<Pattern> = Vec::new();
     for row in &table.rows {
-        let mut sample = Row { strokes: [0.0; N_TENDONS], tip: [0.0; 3], directions: [0.0; N_TENDONS] };
+        let mut sample = Row::new([0.0; N_TENDONS], [0.0; 3]);
         for (value, k) in sample.strokes.iter_mut().zip(strokes).chain(sample.tip.iter_mut().zip(tip)) {
             *value = 1e-3 * table.number(row, k)?;
         }

@@ -150,9 +150,6 @@ impl ArcChain {
     /// Its derivative by the bending [J/rad].
     fn work_gradient(&self, weight: &Vector3<f64>) -> Bend {
         let mut gradient = Bend::zeros();
-        if *weight == Vector3::zeros() {
-            return gradient;
-        }
         for (k, length) in LENGTHS.into_iter().enumerate() {
             let frame = self.frames[k];
             let [x, y] = self.towards(k);
@@ -220,7 +217,7 @@ mod tests {
     };
 
     fn pulled(strokes: [f64; N_TENDONS]) -> Row {
-        Row { strokes, tip: [0.0; 3], directions: [0.0; N_TENDONS] }
+        Row::new(strokes, [0.0; 3])
     }
 
     #[test]

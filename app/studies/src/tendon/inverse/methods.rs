@@ -8,6 +8,7 @@ use hysteron_control::inverse::{
     RecurrentOptions, fit_base, fit_recurrent,
 };
 use hysteron_learn::{SequenceOptions, TrainingSession, mean, simplest_within};
+use hysteron_workflow::tendon::train::{FOLDS, SAME};
 
 use super::baselines::InverseBaseline;
 use super::demonstrations::FTDCR_STEP;
@@ -30,10 +31,6 @@ pub(super) const METHODS: [&str; N_METHODS] = [
     "network",
     "chosen in folds, fitted to all",
 ];
-/// Folds in which a controller is chosen, as in `train`.
-const N_FOLDS: usize = 3;
-/// Part by which the error of a simpler controller may be larger.
-const SAME: f64 = 0.05;
 
 /// Errors, and the delays that the methods chose [s].
 pub(super) struct InverseScores {
@@ -129,7 +126,7 @@ fn network(known: &Dataset, options: &RecurrentOptions) -> Result<FittedControll
 /// The controller that `train` writes for such data: static regression, kernel regression or network, the simplest of those that err
 /// least on demonstrations left out in folds, fitted to all; a network for as many epochs as in the folds.
 fn shipped(all: Vec<Demonstration>, options: &RecurrentOptions) -> Result<InverseModel> {
-    let folds = Folds::new(all, N_FOLDS, options.seed)?;
+    let folds = Folds::new(all, FOLDS, options.seed)?;
     let base = |base: BaseMap| RecurrentOptions { base, ..options.clone() };
     let bases = [base(BaseMap::Cubic), base(BaseMap::Kernel)];
     let (mut squares, mut epochs) = ([0.0; 3], Vec::new());

@@ -39,8 +39,8 @@ pub(super) fn tip_and_error(run: &Run) -> anyhow::Result<Vec<TimeChart>> {
         .measured
         .map(|tip| TipSeries::new("measured", MEASURED, &tip).without_gaps(run.gap).relative_to(rest));
     let goals = run.goals.map(|goals| TipSeries::new("goal", TARGET, &goals.positions()).relative_to(rest));
-    let band = run.recording.channel(TIP_BAND).map(|radius| {
-        let level = run.summary.tip_band.as_ref().map_or(f64::NAN, |band| 100.0 * band.level);
+    let band = run.summary.tip_band.as_ref().zip(run.recording.channel(TIP_BAND)).map(|(band, radius)| {
+        let level = 100.0 * band.level;
         Curve { width: 2.0, ..Curve::new(format!("{level:.0} % expected within"), BAND, millimetres(radius)) }
     });
     let error = match (&measured, &goals) {

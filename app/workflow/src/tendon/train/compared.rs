@@ -13,7 +13,7 @@ use crate::Context;
 use crate::shared::paper_design::DesignName;
 
 /// Part by which errors differ by chance: another seed of a network changes as much [-].
-pub(super) const SAME: f64 = 0.05;
+pub const SAME: f64 = 0.05;
 /// Part by which a network must be behind the best after the first fold to be given up [-].
 const BEHIND: f64 = 0.25;
 

@@ -8,7 +8,7 @@ mod outcome;
 mod page;
 mod run;
 
-pub use compared::CandidateErrors;
-pub use options::{ControllerName, Options, Weights};
+pub use compared::{CandidateErrors, SAME};
+pub use options::{ControllerName, FOLDS, Options, Weights};
 pub use outcome::Outcome;
 pub use run::run;

@@ -80,7 +80,7 @@ pub struct Options {
 #[cfg(feature = "clap")]
 const MAX_FOLDS: usize = 1000;
 /// Folds where controllers are compared.
-const FOLDS: usize = 3;
+pub const FOLDS: usize = 3;
 
 /// A controller to compare.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
